@@ -1,0 +1,1 @@
+"""Reference BRDFs: one noun a file, pure eval, sample and pdf."""

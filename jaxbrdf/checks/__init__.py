@@ -1,0 +1,1 @@
+"""Statistical and numerical checks that tests and commands share."""

@@ -1,0 +1,103 @@
+"""Unit vectors in the local frame: z is the geometric normal, x the tangent."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from jaxbrdf.core.numerics import safe_atan2, safe_divide, safe_norm, safe_normalize, safe_sqrt
+
+
+class HalfDifference(NamedTuple):
+    """Half vector and difference vector after Rusinkiewicz (1998), each `(..., 3)`."""
+
+    wh: jax.Array
+    wd: jax.Array
+
+
+def cos_theta(w: jax.Array) -> jax.Array:
+    """Cosine between w and the normal, `(...)`."""
+    return w[..., 2]
+
+
+def dot(a: jax.Array, b: jax.Array) -> jax.Array:
+    """Inner product over the last axis, `(...)`."""
+    return jnp.sum(a * b, axis=-1)
+
+
+def spherical(theta: jax.Array, phi: jax.Array) -> jax.Array:
+    """Unit vector with polar angle theta and azimuth phi, both in radians, `(..., 3)`."""
+    s = jnp.sin(theta)
+    return jnp.stack([s * jnp.cos(phi), s * jnp.sin(phi), jnp.cos(theta)], axis=-1)
+
+
+def azimuth(w: jax.Array) -> jax.Array:
+    """Angle of w about the normal in (-pi, pi], zero at the pole."""
+    return safe_atan2(w[..., 1], w[..., 0])
+
+
+def reflect(w: jax.Array, about: jax.Array) -> jax.Array:
+    """Mirror image of w about the unit vector `about`."""
+    return 2.0 * dot(w, about)[..., None] * about - w
+
+
+def half_vector(wi: jax.Array, wo: jax.Array) -> jax.Array:
+    """Normalised wi + wo; the normal where the two are opposed."""
+    return safe_normalize(wi + wo)
+
+
+def above_horizon(wi: jax.Array, wo: jax.Array) -> jax.Array:
+    """Whether both directions leave the front of the surface."""
+    return (cos_theta(wi) > 0) & (cos_theta(wo) > 0)
+
+
+def half_difference(wi: jax.Array, wo: jax.Array) -> HalfDifference:
+    """Half and difference vectors: wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998).
+
+    Swapping wi and wo keeps wh and turns wd by pi about z. Where wh is the normal, phi_h is taken as zero.
+    """
+    wh = half_vector(wi, wo)
+    sin_h = safe_norm(wh[..., :2])
+    cos_h = wh[..., 2]
+    at_pole = sin_h == 0
+    cos_phi = jnp.where(at_pole, 1.0, safe_divide(wh[..., 0], sin_h))
+    sin_phi = safe_divide(wh[..., 1], sin_h)
+    along = cos_phi * wi[..., 0] + sin_phi * wi[..., 1]
+    wd = [cos_h * along - sin_h * wi[..., 2], cos_phi * wi[..., 1] - sin_phi * wi[..., 0], dot(wh, wi)]
+    return HalfDifference(wh, jnp.stack(wd, axis=-1))
+
+
+def from_half_difference(wh: jax.Array, wd: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The pair (wi, wo) with half vector wh and difference vector wd; inverse of `half_difference`."""
+    sin_h = safe_norm(wh[..., :2])
+    cos_h = wh[..., 2]
+    at_pole = sin_h == 0
+    cos_phi = jnp.where(at_pole, 1.0, safe_divide(wh[..., 0], sin_h))
+    sin_phi = safe_divide(wh[..., 1], sin_h)
+    along = cos_h * wd[..., 0] + sin_h * wd[..., 2]
+    x = cos_phi * along - sin_phi * wd[..., 1]
+    y = sin_phi * along + cos_phi * wd[..., 1]
+    z = cos_h * wd[..., 2] - sin_h * wd[..., 0]
+    wi = jnp.stack([x, y, z], axis=-1)
+    return wi, reflect(wi, wh)
+
+
+def turn_to_azimuth_zero(wi: jax.Array, wo: jax.Array, pivot: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Both directions turned about the normal until `pivot` has azimuth zero: an isotropic query's canonical form."""
+    length = safe_norm(pivot[..., :2])
+    cos_phi = jnp.where(length > 0, safe_divide(pivot[..., 0], length), 1.0)
+    sin_phi = safe_divide(pivot[..., 1], length)
+
+    def turn(w: jax.Array) -> jax.Array:
+        x = cos_phi * w[..., 0] + sin_phi * w[..., 1]
+        y = cos_phi * w[..., 1] - sin_phi * w[..., 0]
+        return jnp.stack([x, y, w[..., 2]], axis=-1)
+
+    return turn(wi), turn(wo)
+
+
+def sin_theta(w: jax.Array) -> jax.Array:
+    """Sine between w and the normal, from the components that keep their precision near the pole."""
+    return safe_sqrt(w[..., 0] ** 2 + w[..., 1] ** 2)

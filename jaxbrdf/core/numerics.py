@@ -1,0 +1,51 @@
+"""Forms of common functions whose value and gradient stay finite at their singular points."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+
+
+def tiny(x: jax.Array) -> jax.Array:
+    """The smallest number of x's dtype whose reciprocal and square root are normal numbers too: 4 times the least normal.
+
+    float32: 4.7e-38, reciprocal 2.1e37. Below it a division overflows or the processor flushes to zero.
+    """
+    return jnp.asarray(4.0 * jnp.finfo(x.dtype).tiny, x.dtype)
+
+
+def safe_sqrt(x: jax.Array) -> jax.Array:
+    """sqrt(max(x, 0)), with gradient zero instead of infinity where x <= 0."""
+    positive = x > tiny(x)
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1.0)), 0.0)
+
+
+def safe_divide(a: jax.Array, b: jax.Array) -> jax.Array:
+    """a / b where |b| is a normal number, zero elsewhere; its gradient is zero there too."""
+    usable = jnp.abs(b) > tiny(b)
+    return jnp.where(usable, a / jnp.where(usable, b, 1.0), 0.0)
+
+
+def safe_norm(v: jax.Array) -> jax.Array:
+    """Euclidean length over the last axis, with gradient zero at the zero vector."""
+    return safe_sqrt(jnp.sum(v * v, axis=-1))
+
+
+def safe_normalize(v: jax.Array, otherwise: tuple[float, ...] = (0.0, 0.0, 1.0)) -> jax.Array:
+    """v / |v| over the last axis, and `otherwise` for vectors too short to have a direction."""
+    length = safe_norm(v)[..., None]
+    usable = length > 0
+    return jnp.where(usable, v / jnp.where(usable, length, 1.0), jnp.asarray(otherwise, v.dtype))
+
+
+def safe_atan2(y: jax.Array, x: jax.Array) -> jax.Array:
+    """atan2(y, x), which is zero with gradient zero at the origin."""
+    at_origin = (jnp.abs(x) <= tiny(x)) & (jnp.abs(y) <= tiny(y))
+    return jnp.where(at_origin, 0.0, jnp.arctan2(y, jnp.where(at_origin, 1.0, x)))
+
+
+def safe_acos(x: jax.Array) -> jax.Array:
+    """acos of x clamped to [-1, 1], with gradient zero where the slope is infinite."""
+    inside = jnp.abs(x) < 1.0
+    edge = jnp.where(x > 0, 0.0, jnp.pi).astype(x.dtype)
+    return jnp.where(inside, jnp.arccos(jnp.where(inside, x, 0.0)), edge)

@@ -1,0 +1,1 @@
+"""Training: losses, draws, schedules, the stateless loop and its checkpoints."""

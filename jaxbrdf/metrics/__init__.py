@@ -1,0 +1,1 @@
+"""Errors in BRDF space and on images."""

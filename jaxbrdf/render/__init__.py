@@ -1,0 +1,1 @@
+"""A small evaluation renderer over any eval, sample and pdf."""

@@ -1,0 +1,1 @@
+"""Warps with their inverses, densities, and multiple importance sampling."""
