@@ -1,0 +1,1 @@
+"""OpenCL sources, shipped as package data and found through importlib.resources."""
