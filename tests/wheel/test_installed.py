@@ -1,4 +1,4 @@
-"""What a user gets from the wheel alone: run by tests/wheel/run, outside the checkout, with run-time dependencies only."""
+"""What a user gets from the wheel: run by tests/wheel/run, outside the checkout, with run-time dependencies alone."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ SITE = Path(sysconfig.get_path("purelib"))
 COMMAND = Path(sys.executable).with_name("jaxbrdf")
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([COMMAND, *arguments], capture_output=True, text=True, timeout=120, check=False)
+def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 
 def test_package_comes_from_the_wheel():
@@ -41,7 +41,8 @@ def test_tests_and_docs_are_not_shipped():
 
 @pytest.mark.parametrize("folder", ["include", "models"])
 def test_kernels_are_found_as_package_data(folder: str):
-    sources = [f for f in importlib.resources.files("kernels_cl").joinpath(folder).iterdir() if f.suffix in {".cl", ".h"}]
+    files = importlib.resources.files("kernels_cl").joinpath(folder).iterdir()
+    sources = [file for file in files if file.name.endswith((".cl", ".h"))]
     assert sources
     assert all(source.read_text().strip() for source in sources)
 
@@ -50,24 +51,24 @@ def test_every_module_imports_with_run_time_dependencies_alone():
     assert importlib.util.find_spec("mitsuba") is None
     names = [m.name for m in pkgutil.walk_packages(jaxbrdf.__path__, "jaxbrdf.") if not m.name.endswith("__main__")]
     code = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module(name)"
-    done = subprocess.run([sys.executable, "-c", code, *names], capture_output=True, text=True, timeout=300, check=False)
+    done = run(sys.executable, "-c", code, *names)
     assert done.returncode == 0, done.stderr
 
 
 def test_help_names_the_commands():
-    done = run("--help")
+    done = run(COMMAND, "--help")
     assert done.returncode == 0
     assert all(command in done.stdout for command in ("fit", "eval", "compare", "render", "info", "convert"))
 
 
 def test_info_of_a_built_in_material():
-    done = run("info", "gold")
+    done = run(COMMAND, "info", "gold")
     assert done.returncode == 0, done.stderr
     assert "gold" in done.stdout
 
 
 def test_a_mistake_is_one_line_and_exit_code_2():
-    done = run("info", "no-such-file.bsdf")
+    done = run(COMMAND, "info", "no-such-file.bsdf")
     assert done.returncode == 2
     assert len(done.stderr.strip().splitlines()) == 1
     assert "no-such-file.bsdf" in done.stderr
