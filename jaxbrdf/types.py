@@ -78,13 +78,13 @@ class Material(NamedTuple):
 class Model(NamedTuple):
     """A learned reflectance as pure functions.
 
-    `eval(params, query)` equals `decode(params, encode(query))`, exponentiated and cut at the horizon. `encode` knows no
-    parameters, so a fit computes it once for each draw.
+    `eval` is `decode(params, encode(query))`, exponentiated and cut at the horizon. `encode` knows no parameters, so a fit computes
+    it once for each draw.
 
     Attributes:
         init: `key -> params`.
-        encode: `query -> coordinates`, a NamedTuple of arrays with the batch in front.
-        decode: `(params, coordinates) -> log f`, `(..., 3)`.
+        encode: `query -> coordinates`, a pytree of arrays of the batch's shape.
+        decode: `(params, coordinates) -> log f`, `(3, batch)` for coordinates of shape `(batch,)`.
         eval: `(params, query) -> f`, `(..., 3)`.
     """
 

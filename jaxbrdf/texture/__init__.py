@@ -1,0 +1,1 @@
+"""Interpolated tables: angular textures and the smoothing that preconditions their training."""
