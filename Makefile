@@ -42,7 +42,7 @@ lint: setup
 	$(BIN)/pyright
 
 docs: setup
-	$(BIN)/python -m mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 notebooks: setup
 	$(BIN)/python -m pytest --nbmake --nbmake-timeout=900 experiments

@@ -137,3 +137,8 @@ def test_files_and_functions_stay_small():
 def test_every_kernel_model_has_its_python():
     kernels = {path.stem for path in (ROOT / "kernels_cl" / "models").glob("*.cl")}
     assert kernels <= {module.path.stem for module in MODULES if layer_of(module.name) == "models"}
+
+
+def test_every_layer_has_its_page():
+    packages = {layer_of(module.name) for module in MODULES if module.name.count(".") == 1 and module.is_package}
+    assert packages == {path.stem for path in (ROOT / "docs" / "api").glob("*.md")} - {"index"}
