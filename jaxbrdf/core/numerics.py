@@ -49,3 +49,8 @@ def safe_acos(x: jax.Array) -> jax.Array:
     inside = jnp.abs(x) < 1.0
     edge = jnp.where(x > 0, 0.0, jnp.pi).astype(x.dtype)
     return jnp.where(inside, jnp.arccos(jnp.where(inside, x, 0.0)), edge)
+
+
+def match_rank(x: jax.Array, rank: int) -> jax.Array:
+    """x with axes of length one put in front until it has `rank` of them: explicit where numpy would promote."""
+    return jnp.reshape(x, (1,) * (rank - jnp.ndim(x)) + jnp.shape(x))
