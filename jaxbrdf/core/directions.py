@@ -56,7 +56,7 @@ def above_horizon(wi: jax.Array, wo: jax.Array) -> jax.Array:
 def half_difference(wi: jax.Array, wo: jax.Array) -> HalfDifference:
     """Half and difference vectors: wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998).
 
-    Swapping wi and wo keeps wh and turns wd by pi about z. Where wh is the normal, phi_h is taken as zero.
+    Swapping wi and wo keeps wh and turns wd by pi about z, to the last bit. Where wh is the normal, phi_h is zero.
     """
     wh = half_vector(wi, wo)
     sin_h = safe_norm(wh[..., :2])
@@ -64,9 +64,14 @@ def half_difference(wi: jax.Array, wo: jax.Array) -> HalfDifference:
     at_pole = sin_h == 0
     cos_phi = jnp.where(at_pole, 1.0, safe_divide(wh[..., 0], sin_h))
     sin_phi = safe_divide(wh[..., 1], sin_h)
-    along = cos_phi * wi[..., 0] + sin_phi * wi[..., 1]
-    wd = [cos_h * along - sin_h * wi[..., 2], cos_phi * wi[..., 1] - sin_phi * wi[..., 0], dot(wh, wi)]
-    return HalfDifference(wh, jnp.stack(wd, axis=-1))
+    # The turned wi and wo differ in the sign of x and y alone, so x and y are those of (wi - wo) / 2. Where the two
+    # almost meet their difference is exact and x and y keep their digits; turning wi alone would leave its rounding.
+    across = 0.5 * (wi - wo)
+    along = cos_phi * across[..., 0] + sin_phi * across[..., 1]
+    x = cos_h * along - sin_h * across[..., 2]
+    y = cos_phi * across[..., 1] - sin_phi * across[..., 0]
+    z = 0.5 * dot(wh, wi + wo)
+    return HalfDifference(wh, jnp.stack([x, y, z], axis=-1))
 
 
 def from_half_difference(wh: jax.Array, wd: jax.Array) -> tuple[jax.Array, jax.Array]:
