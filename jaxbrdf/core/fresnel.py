@@ -48,7 +48,7 @@ def conductor(cos: jax.Array, eta: jax.Array, k: jax.Array) -> jax.Array:
     """
     cos_squared = cos * cos
     sin_squared = (1.0 - cos) * (1.0 + cos)
-    real = eta * eta - k * k - sin_squared
+    real = (eta - 1.0) * (eta + 1.0) - k * k + cos_squared
     imaginary = 2.0 * eta * k
     modulus = safe_sqrt(real * real + imaginary * imaginary)
     cancelling = real < 0

@@ -52,7 +52,8 @@ def draw_pairs(key: jax.Array, count: int) -> Pairs:
 def importance(pairs: Pairs) -> jax.Array:
     """Weights `(n,)` that turn a mean over `pairs` into one over cosine-distributed wi and wo.
 
-    (cos_i cos_o / pi^2) / density: at most 2, since half of the pairs are cosine-distributed; zero below the horizon; 1 on the mean.
+    (cos_i cos_o / pi^2) / density: at most 2, since half of the pairs are cosine-distributed, zero below the horizon,
+    and 1 on the mean.
     """
     return safe_divide(_cosine_pair_density(pairs.wi, pairs.wo), pairs.density)
 
