@@ -8,6 +8,9 @@ BIN := .venv/bin
 STAMP := .venv/.setup-done
 WORKERS ?= 2
 
+# the linker that PyPI's PoCL calls may be there
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+
 # a file, or the name of a built-in material
 INPUT ?= gold
 OUT ?= out/$(basename $(notdir $(INPUT)))
@@ -27,6 +30,7 @@ $(STAMP): pyproject.toml constraints.txt
 		{ echo "$(PYTHON) cannot make a virtual environment: apt-get install python3-venv" >&2; exit 1; }
 	@test -x $(BIN)/pip || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test,docs]'
+	tools/provide-linker $(BIN)
 	@touch $@
 
 fit: setup
