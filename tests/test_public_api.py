@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -56,6 +57,19 @@ def positional(function: Public) -> list[str]:
     return arguments[1:] if function.bound else arguments
 
 
+def documented(function: Public) -> set[str]:
+    """Names in the section Args of the docstring; several may share a line."""
+    section = re.search(r"^Args:\n(.*?)(?=^\S|\Z)", ast.get_docstring(function.node) or "", re.MULTILINE | re.DOTALL)
+    heads = re.findall(r"^    (\w[\w, ]*):", section[1] if section else "", re.MULTILINE)
+    return {name for head in heads for name in head.split(", ")}
+
+
+def arguments(function: Public) -> list[ast.arg]:
+    """All named arguments without `self`."""
+    a = function.node.args
+    return [*a.posonlyargs, *a.args, *a.kwonlyargs][function.bound :]
+
+
 def in_order(names: list[str]) -> bool:
     """Whether key stands first and params, query and u follow in that order, whatever stands between them."""
     found = [name for name in names if name in ORDER]
@@ -97,12 +111,13 @@ def test_defaults_are_keyword_only():
 
 
 def test_every_argument_and_result_is_annotated():
-    def bare(function: Public) -> bool:
-        node = function.node
-        arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs][function.bound :]
-        return node.returns is None or any(argument.annotation is None for argument in arguments)
+    bare = [f for f in FUNCTIONS if f.node.returns is None or any(a.annotation is None for a in arguments(f))]
+    assert_none([function.place for function in bare])
 
-    assert_none([function.place for function in FUNCTIONS if bare(function)])
+
+def test_documented_arguments_exist():
+    unknown = [(f, documented(f) - {a.arg for a in arguments(f)}) for f in FUNCTIONS]
+    assert_none([f"{f.place}: {sorted(names)}" for f, names in unknown if names])
 
 
 def test_exported_names_exist():
