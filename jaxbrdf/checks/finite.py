@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -68,28 +69,31 @@ def find_faults(
         through_params: also take the gradient by the parameters, which must then be floating point throughout.
     """
     query = hard_queries(dtype=dtype)
-    by_directions = _gradient_is_finite(lambda wi, wo: brdf.eval(params, Query(wi, wo)), query)
     lit = (query.wi[:, 2] > 0) & (query.wo[:, 2] > 0)
-    f = brdf.eval(params, query)
+    f = jax.jit(brdf.eval)(params, query)
+    by_params, *by_directions = _gradients(brdf, params if through_params else None, params, query)
     faults = {
-        "value is not finite": ~jnp.isfinite(f).all(-1),
+        "value is not finite": ~_finite(f),
         "value is negative": (f < 0).any(-1),
         "value below the horizon is not zero": ~lit & (f != 0).any(-1),
-        "gradient by a direction is not finite": ~by_directions,
+        "gradient by a direction is not finite": ~_finite(by_directions),
+        "gradient by a parameter is not finite": ~_finite(by_params),
     }
-    if through_params:
-        faults["gradient by a parameter is not finite"] = ~_gradient_by_params_is_finite(brdf, params, query)
     return [Finding(HARD_QUERIES[i], fault) for fault, bad in faults.items() for i in np.flatnonzero(np.asarray(bad))]
 
 
-def _gradient_is_finite(f, query: Query) -> jax.Array:
-    """Whether each query's derivatives by its own two directions are finite, `(n,)`."""
-    gradients = jax.jit(jax.vmap(jax.grad(lambda wi, wo: jnp.sum(f(wi, wo)), argnums=(0, 1))))(query.wi, query.wo)
-    return jnp.isfinite(jnp.concatenate(gradients, axis=-1)).all(-1)
+@partial(jax.jit, static_argnames="brdf")
+def _gradients(brdf: Brdf, moving: Params | None, params: Params, query: Query) -> tuple[Params, jax.Array, jax.Array]:
+    """Derivatives of each query's value by the parameters (if they are `moving`), by its wi and by its wo."""
+
+    def total(moving: Params | None, wi: jax.Array, wo: jax.Array) -> jax.Array:
+        return jnp.sum(brdf.eval(params if moving is None else moving, Query(wi, wo)))
+
+    return jax.vmap(jax.grad(total, argnums=(0, 1, 2)), in_axes=(None, 0, 0))(moving, query.wi, query.wo)
 
 
-def _gradient_by_params_is_finite(brdf: Brdf, params: Params, query: Query) -> jax.Array:
-    by_params = jax.grad(lambda p, wi, wo: jnp.sum(brdf.eval(p, Query(wi, wo))))
-    leaves = jax.tree.leaves(jax.jit(jax.vmap(by_params, in_axes=(None, 0, 0)))(params, query.wi, query.wo))
-    finite = [jnp.isfinite(leaf).reshape(leaf.shape[0], -1).all(-1) for leaf in leaves]
-    return jnp.stack(finite).all(0)
+def _finite(tree: Params) -> jax.Array:
+    """Which queries, along the leaves' first axis, have only finite entries."""
+    count = len(HARD_QUERIES)
+    finite = [jnp.isfinite(leaf).reshape(count, -1).all(-1) for leaf in jax.tree.leaves(tree)]
+    return jnp.stack([jnp.ones(count, bool), *finite]).all(0)

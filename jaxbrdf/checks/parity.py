@@ -1,0 +1,122 @@
+"""Does a device give what JAX gives? Demanding parameters and directions, and the measure of the difference."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pyopencl as cl
+
+from jaxbrdf.checks.finite import hard_queries
+from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.bundle import material as jax_material
+from jaxbrdf.models.mlp import Mlp
+from jaxbrdf.opencl import material
+from jaxbrdf.sampling.hemisphere import square_to_cosine
+from jaxbrdf.types import Model, Params, Query
+
+RELATIVE, ABSOLUTE = 1e-4, 1e-6
+"""What is allowed: |difference| <= RELATIVE f + ABSOLUTE."""
+
+LOG_DEVIATION = 2.3
+"""Standard deviation of ln f under `demanding_params`: f then spans 1e-3 to 1e3, its three-fold either way."""
+
+COARSE = (6, 8)
+"""Random texels along radius and azimuth, which are interpolated to a texture's size: fitted textures are smooth."""
+
+
+class Parity(NamedTuple):
+    """The worst query.
+
+    Attributes:
+        violation: largest |difference| / (RELATIVE f + ABSOLUTE); at most 1 is a pass.
+        wi, wo: where, `(3,)`.
+    """
+
+    violation: float
+    wi: np.ndarray
+    wo: np.ndarray
+
+
+def with_isotropy(config: Any, isotropic: bool) -> Any:
+    """A model's config in its isotropic or its general variant."""
+    if hasattr(config, "textures"):
+        return dataclasses.replace(config, textures=dataclasses.replace(config.textures, isotropic=isotropic))
+    return dataclasses.replace(config, isotropic=isotropic)
+
+
+def demanding_params(key: jax.Array, model: Model) -> Params:
+    """Random parameters whose f has the range of a fitted glossy material."""
+    key_init, key_change, key_query = jax.random.split(key, 3)
+    params = model.init(key_init)
+    leaves, structure = jax.tree.flatten(params)
+    keys = jax.random.split(key_change, len(leaves))
+    params = jax.tree.unflatten(structure, [_demanding(k, leaf) for k, leaf in zip(keys, leaves, strict=True)])
+    log_f = jnp.log(model.eval(params, _cosine_pairs(key_query, 4096)))
+    scale = LOG_DEVIATION / jnp.std(log_f)
+    return _with_outputs(params, lambda weight, bias: (scale * weight, scale * (bias - jnp.mean(log_f, axis=0))))
+
+
+def _demanding(key: jax.Array, leaf: jax.Array) -> jax.Array:
+    if leaf.ndim < 3:
+        return leaf + 0.3 * jax.random.normal(key, leaf.shape)
+    coarse = jax.random.normal(key, (leaf.shape[0], *(min(n, c) for n, c in zip(leaf.shape[1:], COARSE, strict=True))))
+    return jax.image.resize(coarse, leaf.shape, "cubic")
+
+
+def _with_outputs(params: Params, change: Any) -> Params:
+    mlp = params if isinstance(params, Mlp) else params.mlp
+    weight, bias = change(mlp.weights[-1], mlp.biases[-1])
+    changed = Mlp((*mlp.weights[:-1], weight), (*mlp.biases[:-1], bias))
+    return changed if isinstance(params, Mlp) else params._replace(mlp=changed)
+
+
+def demanding_queries(key: jax.Array, *, count: int = 1 << 14) -> Query:
+    """`count` pairs of each kind: cosine; almost equal; almost mirrored; grazing; almost opposed; and the hard queries."""
+    keys = jax.random.split(key, 5)
+    cosine = _cosine_pairs(keys[0], count)
+    step = _small_steps(keys[1], count)
+    mirrored = cosine.wo * jnp.array([[-1.0, -1.0, 1.0]])
+    grazing = Query(_lower(keys[2], cosine.wi), _lower(keys[3], cosine.wo))
+    opposed = grazing.wo * jnp.array([[-1.0, -1.0, 1.0]])
+    kinds = [cosine, Query(_unit(cosine.wo + step), cosine.wo), Query(_unit(mirrored + step), cosine.wo), grazing]
+    kinds += [Query(_unit(opposed + 0.01 * step), grazing.wo), Query(cosine.wi, -cosine.wo), hard_queries()]
+    return Query(jnp.concatenate([q.wi for q in kinds]), jnp.concatenate([q.wo for q in kinds]))
+
+
+def _cosine_pairs(key: jax.Array, count: int) -> Query:
+    u = jax.random.uniform(key, (2, count, 2))
+    return Query(square_to_cosine(u[0]), square_to_cosine(u[1]))
+
+
+def _small_steps(key: jax.Array, count: int) -> jax.Array:
+    """Vectors whose lengths spread evenly in the logarithm from 1e-8 to 1."""
+    key_direction, key_length = jax.random.split(key)
+    length = 10.0 ** jax.random.uniform(key_length, (count, 1), minval=-8.0, maxval=0.0)
+    return length * jax.random.normal(key_direction, (count, 3))
+
+
+def _lower(key: jax.Array, w: jax.Array) -> jax.Array:
+    """Directions with the same azimuths and cosines from 1e-6 to 1e-1."""
+    cos = 10.0 ** jax.random.uniform(key, (*w.shape[:-1], 1), minval=-6.0, maxval=-1.0)
+    return _unit(jnp.concatenate([_unit(w[..., :2]), cos], axis=-1))
+
+
+def _unit(w: jax.Array) -> jax.Array:
+    return w / jnp.linalg.norm(w, axis=-1, keepdims=True)
+
+
+def opencl_parity(bundle: Bundle, device: cl.Device, query: Query) -> Parity:
+    """The largest difference between OpenCL on `device` and JAX, over a query of shape `(n, 3)`."""
+    reference = jax_material(bundle)
+    expected = np.asarray(jax.jit(reference.brdf.eval)(reference.params, query))
+    context = cl.Context([device])
+    wi, wo = np.asarray(query.wi), np.asarray(query.wo)
+    found = material.evaluate(material.load(bundle, context), cl.CommandQueue(context), wi, wo)
+    violation = (np.abs(found - expected) / (RELATIVE * expected + ABSOLUTE)).max(axis=-1)
+    # a NaN on either side is the worst
+    worst = int(np.argmax(np.nan_to_num(violation, nan=np.inf)))
+    return Parity(float(violation[worst]), wi[worst], wo[worst])
