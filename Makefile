@@ -8,9 +8,6 @@ BIN := .venv/bin
 STAMP := .venv/.setup-done
 WORKERS ?= 2
 
-# the linker that PyPI's PoCL calls may be there
-export PATH := $(CURDIR)/$(BIN):$(PATH)
-
 # a file, or the name of a built-in material
 INPUT ?= gold
 OUT ?= out/$(basename $(notdir $(INPUT)))
@@ -26,11 +23,9 @@ $(STAMP): pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null || { echo "no $(PYTHON) found: install Python 3.11 or newer, or say make PYTHON=path" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "$(PYTHON) is too old: Python 3.11 or newer is needed, say make PYTHON=path" >&2; exit 1; }
-	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
-		{ echo "$(PYTHON) cannot make a virtual environment: apt-get install python3-venv" >&2; exit 1; }
+	@tools/system-packages $(PYTHON)
 	@test -x $(BIN)/pip || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test,docs]'
-	tools/provide-linker $(BIN)
 	@touch $@
 
 fit: setup
