@@ -12,10 +12,10 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.models import mlp, output, warp
+from jaxbrdf.models import horizon, mlp, output, warp
 from jaxbrdf.models.half_difference import PAPER_SIZES, HalfDifferencePolar, TextureSizes, encode, init_textures
 from jaxbrdf.texture import angular
-from jaxbrdf.types import Model
+from jaxbrdf.types import Model, Query
 
 
 @dataclass(frozen=True)
@@ -26,22 +26,33 @@ class GatedConfig:
         textures: sizes of H and D.
         hidden: widths of the hidden layers.
         h_exponents, d_exponents: where the exponents of Eq. 7 start; (1, 1) is the identity.
+        horizon: whether the growth towards the horizon is a factor of its own (`jaxbrdf.models.horizon`); not in the
+        paper.
     """
 
     textures: TextureSizes = PAPER_SIZES
     hidden: tuple[int, ...] = (12, 12)
     h_exponents: tuple[float, ...] = (1.0, 1.0)
     d_exponents: tuple[float, ...] = (1.0, 1.0)
+    horizon: bool = False
 
 
 class GatedParams(NamedTuple):
-    """Textures `(channels, n_r, n_phi)`, their warps, and the decoder."""
+    """Textures `(channels, n_r, n_phi)`, their warps, the decoder, and the horizon's exponent `()` or None."""
 
     h: jax.Array
     d: jax.Array
     warp_h: warp.RadialWarp
     warp_d: warp.RadialWarp
     mlp: mlp.Mlp
+    horizon: jax.Array | None
+
+
+class GatedCoordinates(NamedTuple):
+    """Disk coordinates of both vectors, and ln of the mean secant or None."""
+
+    textures: HalfDifferencePolar
+    log_secant: jax.Array | None
 
 
 def gated(config: GatedConfig) -> Model:
@@ -51,14 +62,25 @@ def gated(config: GatedConfig) -> Model:
         key_textures, key_mlp = jax.random.split(key)
         warps = warp.init(config.h_exponents), warp.init(config.d_exponents)
         decoder = mlp.init(key_mlp, (2 * config.textures.channels, *config.hidden, 3))
-        return GatedParams(*init_textures(key_textures, config.textures), *warps, decoder)
+        exponent = jnp.asarray(horizon.FIRST_EXPONENT) if config.horizon else None
+        return GatedParams(*init_textures(key_textures, config.textures), *warps, decoder, exponent)
 
-    def decode(params: GatedParams, coordinates: HalfDifferencePolar) -> jax.Array:
-        z_h = _fetch_warped(params.h, params.warp_h, coordinates.h)
-        z_d = _fetch_warped(params.d, params.warp_d, coordinates.d)
-        return mlp.apply(params.mlp, jnp.concatenate([z_h, z_d]))
+    encode_textures = encode(config.textures.isotropic)
 
-    return output.model(init, encode(config.textures.isotropic), decode)
+    def encode_query(query: Query) -> GatedCoordinates:
+        return GatedCoordinates(encode_textures(query), horizon.log_mean_secant(query) if config.horizon else None)
+
+    return output.model(init, encode_query, decode)
+
+
+def decode(params: GatedParams, coordinates: GatedCoordinates) -> jax.Array:
+    """ln f, `(3, batch)`, at coordinates of shape `(batch,)`."""
+    z_h = _fetch_warped(params.h, params.warp_h, coordinates.textures.h)
+    z_d = _fetch_warped(params.d, params.warp_d, coordinates.textures.d)
+    log_f = mlp.apply(params.mlp, jnp.concatenate([z_h, z_d]))
+    if params.horizon is None or coordinates.log_secant is None:
+        return log_f
+    return log_f + params.horizon * coordinates.log_secant[None]
 
 
 def _fetch_warped(texture: jax.Array, warp_params: warp.RadialWarp, at: angular.Polar) -> jax.Array:

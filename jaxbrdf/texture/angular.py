@@ -1,8 +1,8 @@
 """Textures over directions, in polar coordinates of the unit disk (Timonen et al., section 3).
 
-A texture is `(channels, n_r, n_phi)`. Row i stands at radius i / (n_r - 1): the first row is the centre of the disk, the
+A texture is `(channels, n_r, n_phi)`. Row i stands at radius i / (n_r - 1): the first row is the disk's centre, the
 last its rim. Column j stands at the fraction j / n_phi of the azimuth's period, and the columns wrap. The centre is one
-point: its row holds one value for all azimuths (`close_centre`). A texture of a single column has no azimuth at all.
+point: its row holds one value for all azimuths (`close_centre`). A texture of one column has no azimuth at all.
 """
 
 from __future__ import annotations
@@ -35,6 +35,11 @@ class Cell(NamedTuple):
     along_phi: jax.Array | None
 
 
+def is_texture(leaf: jax.Array) -> bool:
+    """Whether an array among a model's parameters is an angular texture: no other parameter has rank 3."""
+    return leaf.ndim == 3
+
+
 def polar(w: jax.Array, period: float | None) -> Polar:
     """Polar coordinates of w on the disk, its azimuth wrapped to `period` radians (None: no azimuth)."""
     r = jnp.minimum(sin_theta(w), 1.0)
@@ -52,7 +57,10 @@ def close_centre(texture: jax.Array) -> jax.Array:
 
 
 def fetch(texture: jax.Array, at: Polar) -> jax.Array:
-    """Bilinear lookup, `(channels, batch)`, at coordinates of shape `(batch,)`; differentiable in texture and radius."""
+    """Bilinear lookup, `(channels, batch)`, at coordinates of shape `(batch,)`.
+
+    Differentiable in the texture and the radius; the azimuth, which no parameter moves, has gradient zero.
+    """
     return _fetch(texture, at.r, at.turn)
 
 

@@ -1,0 +1,152 @@
+"""The training loop as one jitted function of its whole state.
+
+It knows only a loss of (params, batch). Every device holds a share of the pool and takes its share of each batch;
+gradients are averaged over devices, so parameters stay the same on all. The same seed and devices give the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import optax
+from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
+
+from jaxbrdf.fit.batch import Batch
+from jaxbrdf.types import Params
+
+BatchLoss = Callable[[Params, Batch], jax.Array]
+Schedule = Callable[[jax.Array, jax.Array], jax.Array]
+
+AXIS = "batch"
+
+
+@dataclass(frozen=True)
+class LoopConfig:
+    """How steps are made of queries.
+
+    Attributes:
+        batch: queries a step, over all devices.
+        microbatch: queries a device evaluates at once; gradients of a larger share are summed over such pieces, which
+            stay in the processor's cache.
+        ema: weight of the newest parameters in the exponential moving average.
+    """
+
+    batch: int
+    microbatch: int = 4096
+    ema: float = 0.005
+
+
+class FitState(NamedTuple):
+    """All that training changes.
+
+    Attributes:
+        params: as the optimiser sees them.
+        average: their exponential moving average, which is the result.
+        optimiser: moments of Adam.
+        step: steps taken, int32 `()`.
+    """
+
+    params: Params
+    average: Params
+    optimiser: Any
+    step: jax.Array
+
+
+class Advance(NamedTuple):
+    """The compiled loop.
+
+    Attributes:
+        run: `(state, pool, count, steps) -> (state, mean loss)`, `count` steps of a training of `steps`.
+        place_state, place_pool: put arrays where `run` wants them.
+    """
+
+    run: Callable[[FitState, Batch, jax.Array, jax.Array], tuple[FitState, jax.Array]]
+    place_state: Callable[[FitState], FitState]
+    place_pool: Callable[[Batch], Batch]
+
+
+def start(params: Params, optimiser: optax.GradientTransformation) -> FitState:
+    """The state before the first step."""
+    return FitState(params, params, optimiser.init(params), jnp.zeros((), jnp.int32))
+
+
+def compile_advance(
+    loss: BatchLoss,
+    optimiser: optax.GradientTransformation,
+    schedule: Schedule,
+    config: LoopConfig,
+    devices: Sequence[Any],
+) -> Advance:
+    """The loop for `devices`.
+
+    Raises:
+        ValueError: if the batch does not divide into the devices' microbatches.
+    """
+    if config.batch % len(devices):
+        raise ValueError(f"batch is {config.batch}; it must be a multiple of the {len(devices)} devices")
+    mesh = Mesh(devices, (AXIS,), axis_types=(AxisType.Auto,))
+    step = partial(_step, loss, optimiser, schedule, config, config.batch // len(devices))
+    return Advance(
+        run=jax.jit(partial(_sharded_run, mesh, step), donate_argnums=0),
+        place_state=lambda state: jax.device_put(state, NamedSharding(mesh, PartitionSpec())),
+        place_pool=partial(jax.tree.map, lambda leaf: jax.device_put(leaf, NamedSharding(mesh, _last_axis(leaf)))),
+    )
+
+
+def _last_axis(leaf: jax.Array) -> PartitionSpec:
+    return PartitionSpec(*[None] * (leaf.ndim - 1), AXIS)
+
+
+def _sharded_run(mesh: Mesh, step: Callable, state: FitState, pool: Batch, count: jax.Array, steps: jax.Array):
+    def run(state: FitState, pool: Batch, count: jax.Array, steps: jax.Array) -> tuple[FitState, jax.Array]:
+        first = (state, jnp.zeros(()))
+        state, total = jax.lax.fori_loop(0, count, lambda _, carry: step(pool, steps, carry), first)
+        return state, total / count
+
+    specs = (PartitionSpec(), jax.tree.map(_last_axis, pool), PartitionSpec(), PartitionSpec())
+    mapped = jax.shard_map(run, mesh=mesh, in_specs=specs, out_specs=PartitionSpec(), check_vma=False)
+    return mapped(state, pool, count, steps)
+
+
+def _step(
+    loss: BatchLoss,
+    optimiser: optax.GradientTransformation,
+    schedule: Schedule,
+    config: LoopConfig,
+    share: int,
+    pool: Batch,
+    steps: jax.Array,
+    carry: tuple[FitState, jax.Array],
+) -> tuple[FitState, jax.Array]:
+    state, total = carry
+    value, gradient = jax.lax.pmean(_gradient(loss, config, share, state, pool), AXIS)
+    updates, moments = optimiser.update(gradient, state.optimiser, state.params)
+    factor = schedule(state.step, steps)
+    params = jax.tree.map(lambda p, u: p + factor * u, state.params, updates)
+    average = optax.incremental_update(params, state.average, config.ema)
+    return FitState(params, average, moments, state.step + 1), total + value
+
+
+def _gradient(loss: BatchLoss, config: LoopConfig, share: int, state: FitState, pool: Batch):
+    """Loss and gradient of this device's share of the next batch, piece by piece."""
+    held = pool.importance.shape[-1]
+    piece = min(config.microbatch, share)
+    pieces = share // piece
+    first = (state.step % (held // share)) * share
+
+    def one(offset: jax.Array):
+        batch = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(leaf, offset, piece, leaf.ndim - 1), pool)
+        return jax.value_and_grad(loss)(state.params, batch)
+
+    if pieces == 1:
+        return one(first)
+    zero = jax.tree.map(jnp.zeros_like, (jnp.zeros(()), state.params))
+    sums = jax.lax.fori_loop(
+        0, pieces, lambda index, sums: jax.tree.map(jnp.add, sums, one(first + index * piece)), zero
+    )
+    return jax.tree.map(lambda leaf: leaf / pieces, sums)
