@@ -63,7 +63,7 @@ def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> Rgl:
     return Rgl(_description(fields), phi_i, theta_i, ndf, sigma, vndf, luminance, rgb, jacobian)
 
 
-def _floats(fields: Mapping, name: str, shape: tuple[int, ...], path, dtype=np.float32) -> np.ndarray:
+def _floats(fields: Mapping, name: str, shape: tuple[int, ...], path, dtype: type = np.float32) -> np.ndarray:
     """The field `name`, of the wanted type and shape, where -1 stands for any length; all of it finite."""
     if name not in fields:
         raise DataError(path, f"the field '{name}' is missing")

@@ -1,8 +1,8 @@
 """The RGL tensor container: named arrays behind a table of fields, all little-endian.
 
-Layout: the twelve bytes `tensor_file\\0`, two version bytes (1, 0), the number of fields (uint32); then for each field the
-length of its name (uint16), the name, its rank (uint16), its type (uint8), the position of its data (uint64) and its
-shape (uint64 each).
+Layout: the twelve bytes `tensor_file\\0`, two version bytes (1, 0), the number of fields (uint32); then for each field
+the length of its name (uint16), the name, its rank (uint16), its type (uint8), the position of its data (uint64) and
+its shape (uint64 each).
 """
 
 from __future__ import annotations
