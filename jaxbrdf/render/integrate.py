@@ -1,0 +1,169 @@
+"""A sphere of one material, under an environment or a directional light.
+
+Under an environment every sample draws one direction by the light and one by the material and weighs both by the power
+heuristic (Veach and Guibas 1995). Under a directional light the picture has no noise: the only average is over a fixed
+grid of points in each pixel. Both return linear Rec.709 radiance, rows from the top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.core.directions import cos_theta
+from jaxbrdf.core.numerics import safe_divide
+from jaxbrdf.render.camera import film_points
+from jaxbrdf.render.environment import Environment, light_density, look_up, sample_light
+from jaxbrdf.render.proposal import with_sampler
+from jaxbrdf.render.sphere import Shading, intersect, to_local, to_world
+from jaxbrdf.sampling.lattice import lattice_points
+from jaxbrdf.sampling.mis import power_heuristic
+from jaxbrdf.types import Brdf, Material, Params, Query
+
+CHUNK = 2**13
+
+Shade = Callable[[Shading, jax.Array], jax.Array]
+
+
+def render_environment(
+    key: jax.Array,
+    material: Material,
+    environment: Environment,
+    *,
+    height: int = 256,
+    width: int = 256,
+    samples: int = 64,
+) -> np.ndarray:
+    """The sphere under an environment, `(height, width, 3)` float32, black around it.
+
+    Args:
+        key: shifts each pixel's samples; the same key gives two materials the same light directions.
+        material: any; one without a sampler is given general proposals.
+        environment: the light.
+        height, width: pixels.
+        samples: draws a pixel; each evaluates the material twice.
+    """
+    pixels = _pixels_of_the_sphere(height, width)
+    colours = _render_chunks(
+        material.brdf, (height, width), samples, key, jnp.asarray(pixels), material.params, environment
+    )
+    return _to_image(pixels, np.asarray(colours), height, width)
+
+
+def render_directional(
+    material: Material,
+    direction: tuple[float, float, float],
+    *,
+    irradiance: tuple[float, float, float] = (np.pi, np.pi, np.pi),
+    height: int = 256,
+    width: int = 256,
+    grid: int = 4,
+) -> np.ndarray:
+    """The sphere under light from one direction, `(height, width, 3)` float32, black around it.
+
+    Args:
+        material: any; only its eval is used.
+        direction: to the light, in the world (x right, y up, z to the viewer); need not be of unit length.
+        irradiance: on a surface that faces the light, linear Rec.709; pi makes a white Lambert sphere one at its best.
+        height, width: pixels.
+        grid: points along each side of a pixel.
+    """
+    towards = np.asarray(direction, np.float32) / np.float32(np.linalg.norm(direction))
+    pixels = _pixels_of_the_sphere(height, width)
+    light = (jnp.asarray(towards), jnp.asarray(irradiance, jnp.float32))
+    colours = _light_chunks(material.brdf, (height, width), grid, jnp.asarray(pixels), material.params, light)
+    return _to_image(pixels, np.asarray(colours), height, width)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _render_chunks(
+    brdf: Brdf,
+    size: tuple[int, int],
+    samples: int,
+    key: jax.Array,
+    pixels: jax.Array,
+    params: Params,
+    environment: Environment,
+) -> jax.Array:
+    def chunk(index: jax.Array, pixel: jax.Array) -> jax.Array:
+        shift = jax.random.uniform(jax.random.fold_in(key, index), (CHUNK, 5))
+
+        def add_sample(i: jax.Array, total: jax.Array) -> jax.Array:
+            u = lattice_points(shift, i)
+            shading = intersect(film_points(pixel, u[:, :2], *size))
+            return total + _reflected(brdf, params, environment, shading, u[:, 2:])
+
+        return jax.lax.fori_loop(0, samples, add_sample, jnp.zeros((CHUNK, 3))) / samples
+
+    chunks = pixels.reshape(-1, CHUNK)
+    return jax.lax.map(lambda c: chunk(*c), (jnp.arange(len(chunks)), chunks)).reshape(-1, 3)
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _light_chunks(
+    brdf: Brdf,
+    size: tuple[int, int],
+    grid: int,
+    pixels: jax.Array,
+    params: Params,
+    light: tuple[jax.Array, jax.Array],
+) -> jax.Array:
+    towards, irradiance = light
+
+    def chunk(pixel: jax.Array) -> jax.Array:
+        def add_point(i: jax.Array, total: jax.Array) -> jax.Array:
+            offset = (jnp.stack([i % grid, i // grid]) + 0.5) / grid
+            shading = intersect(film_points(pixel, jnp.broadcast_to(offset, (CHUNK, 2)), *size))
+            wi = to_local(shading.frame, jnp.broadcast_to(towards, (CHUNK, 3)))
+            return total + _scattered(brdf, params, shading, wi) * irradiance[None, :]
+
+        return jax.lax.fori_loop(0, grid * grid, add_point, jnp.zeros((CHUNK, 3))) / (grid * grid)
+
+    return jax.lax.map(chunk, pixels.reshape(-1, CHUNK)).reshape(-1, 3)
+
+
+def _reflected(brdf: Brdf, params: Params, environment: Environment, shading: Shading, u: jax.Array) -> jax.Array:
+    """One draw by the light and one by the material, together an estimate of the radiance to the viewer, `(n, 3)`."""
+    sampler, wo = sampler_of(with_sampler(brdf)), _viewer(shading)
+    light = sample_light(environment, u[..., 1:])
+    to_light = to_local(shading.frame, light.direction)
+    share = power_heuristic(light.density, sampler.pdf(params, Query(to_light, wo)))
+    gain = safe_divide(share, light.density)[..., None]
+    by_light = _scattered(brdf, params, shading, to_light) * light.radiance * gain
+    drawn = sampler.sample(params, Query(wo, wo), u)
+    direction = to_world(shading.frame, drawn.wi)
+    share = power_heuristic(drawn.pdf, light_density(environment, direction))
+    by_material = drawn.weight * look_up(environment, direction) * share[..., None]
+    return by_light + jnp.where(shading.hit[..., None], by_material, 0.0)
+
+
+def _scattered(brdf: Brdf, params: Params, shading: Shading, wi: jax.Array) -> jax.Array:
+    """f cos(wi) where there is a surface, `(n, 3)`."""
+    f = brdf.eval(params, Query(wi, _viewer(shading)))
+    return jnp.where(shading.hit[..., None], f * jnp.maximum(cos_theta(wi), 0.0)[..., None], 0.0)
+
+
+def _viewer(shading: Shading) -> jax.Array:
+    """The world's +z in the frame."""
+    return shading.frame[..., :, 2]
+
+
+def _pixels_of_the_sphere(height: int, width: int) -> np.ndarray:
+    """Flat indices of the pixels that the sphere can touch, the last one repeated to fill the last chunk."""
+    row, column = np.divmod(np.arange(height * width), width)
+    radius = 0.5 * min(height, width)
+    near = np.hypot(column + 0.5 - 0.5 * width, row + 0.5 - 0.5 * height) < radius + 1.0
+    pixels = np.flatnonzero(near)
+    return np.pad(pixels, (0, -len(pixels) % CHUNK), mode="edge").astype(np.int32)
+
+
+def _to_image(pixels: np.ndarray, colours: np.ndarray, height: int, width: int) -> np.ndarray:
+    image = np.zeros((height * width, 3), np.float32)
+    # backwards, so that the last pixel keeps its first rendering and not a filler's
+    image[pixels[::-1]] = colours[::-1]
+    return image.reshape(height, width, 3)
