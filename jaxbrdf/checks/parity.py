@@ -56,8 +56,8 @@ def demanding_params(key: jax.Array, model: Model) -> Params:
     keys = jax.random.split(key_change, len(leaves))
     params = jax.tree.unflatten(structure, [_demanding(k, leaf) for k, leaf in zip(keys, leaves, strict=True)])
     log_f = jnp.log(model.eval(params, _cosine_pairs(key_query, 4096)))
-    scale = LOG_DEVIATION / jnp.std(log_f)
-    return _with_outputs(params, lambda weight, bias: (scale * weight, scale * (bias - jnp.mean(log_f, axis=0))))
+    mean, deviation = jnp.mean(log_f, axis=0), jnp.std(log_f, axis=0)
+    return _with_outputs(params, LOG_DEVIATION / deviation, mean)
 
 
 def _demanding(key: jax.Array, leaf: jax.Array) -> jax.Array:
@@ -67,15 +67,16 @@ def _demanding(key: jax.Array, leaf: jax.Array) -> jax.Array:
     return jax.image.resize(coarse, leaf.shape, "cubic")
 
 
-def _with_outputs(params: Params, change: Any) -> Params:
+def _with_outputs(params: Params, scale: jax.Array, mean: jax.Array) -> Params:
+    """The parameters whose ln f is scale (ln f - mean), by channel."""
     mlp = params if isinstance(params, Mlp) else params.mlp
-    weight, bias = change(mlp.weights[-1], mlp.biases[-1])
+    weight, bias = mlp.weights[-1] * scale[None], (mlp.biases[-1] - mean) * scale
     changed = Mlp((*mlp.weights[:-1], weight), (*mlp.biases[:-1], bias))
     return changed if isinstance(params, Mlp) else params._replace(mlp=changed)
 
 
 def demanding_queries(key: jax.Array, *, count: int = 1 << 14) -> Query:
-    """`count` pairs of each kind: cosine; almost equal; almost mirrored; grazing; almost opposed; and the hard queries."""
+    """`count` pairs of each kind, cosine, almost equal, mirrored or opposed, grazing, below; and the hard queries."""
     keys = jax.random.split(key, 5)
     cosine = _cosine_pairs(keys[0], count)
     step = _small_steps(keys[1], count)
