@@ -15,6 +15,7 @@ from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.bundle import material as jax_material
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl import material
+from jaxbrdf.opencl.platform import context_of
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Model, Params, Query
 
@@ -114,9 +115,9 @@ def opencl_parity(bundle: Bundle, device: cl.Device, query: Query) -> Parity:
     """The largest difference between OpenCL on `device` and JAX, over a query of shape `(n, 3)`."""
     reference = jax_material(bundle)
     expected = np.asarray(jax.jit(reference.brdf.eval)(reference.params, query))
-    context = cl.Context([device])
+    context, queue = context_of(device)
     wi, wo = np.asarray(query.wi), np.asarray(query.wo)
-    found = material.evaluate(material.load(bundle, context), cl.CommandQueue(context), wi, wo)
+    found = material.evaluate(material.load(bundle, context), queue, wi, wo)
     violation = (np.abs(found - expected) / (RELATIVE * expected + ABSOLUTE)).max(axis=-1)
     # a NaN on either side is the worst
     worst = int(np.argmax(np.nan_to_num(violation, nan=np.inf)))

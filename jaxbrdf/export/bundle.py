@@ -20,7 +20,7 @@ from jaxbrdf.core.tree import named_leaves, with_leaves
 from jaxbrdf.data.output import write_atomically
 from jaxbrdf.errors import DataError
 from jaxbrdf.export.manifest import Manifest, build_model, from_json, to_json
-from jaxbrdf.texture import angular
+from jaxbrdf.texture.angular import close_centre, is_texture
 from jaxbrdf.types import Brdf, Material, Params
 
 METADATA_KEY = "jaxbrdf"
@@ -94,13 +94,8 @@ def material(bundle: Bundle) -> Material:
     return Material(manifest.name, Brdf(build_model(manifest).eval), params, manifest.isotropic)
 
 
-def is_texture(leaf: Any) -> bool:
-    """Whether an array among a model's parameters is an angular texture: `(channels, n_r, n_phi)`, the only rank 3."""
-    return len(leaf.shape) == 3
-
-
 def _closed(params: Params) -> Params:
-    return jax.tree.map(lambda leaf: np.asarray(angular.close_centre(leaf) if is_texture(leaf) else leaf), params)
+    return jax.tree.map(lambda leaf: np.asarray(close_centre(leaf) if is_texture(leaf) else leaf), params)
 
 
 def _template(manifest: Manifest) -> Params:

@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jaxbrdf.export.bundle import Bundle, is_texture
+from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.warp import RadialWarp, shares_and_exponents
+from jaxbrdf.texture.angular import is_texture
 
 
 class Argument(NamedTuple):

@@ -54,6 +54,19 @@ def choose(*, which: str | None = None) -> cl.Device:
     return fitting[0]
 
 
+def context_of(device: cl.Device) -> tuple[cl.Context, cl.CommandQueue]:
+    """A context of the one device, and a queue on it.
+
+    Raises:
+        OpenCLError: if the device refuses.
+    """
+    try:
+        context = cl.Context([device])
+        return context, cl.CommandQueue(context)
+    except cl.Error as error:
+        raise OpenCLError(f"{describe(device)} cannot be used: {error}") from None
+
+
 def describe(device: cl.Device) -> str:
     """Device and platform with its version, on one line."""
     # PoCL adds how it was built, after two spaces
