@@ -81,8 +81,8 @@ def layout(data: Rgl) -> Layout:
     """The layout of a file's arrays; the sectors follow from the range of its azimuths."""
     if data.isotropic:
         return Layout(True, 1, data.jacobian)
-    sectors = round(2.0 * np.pi / float(data.phi_i[-1] - data.phi_i[0]))
-    return Layout(False, sectors if sectors in (2, 4) else 1, data.jacobian)
+    sectors = 2.0 * np.pi / float(data.phi_i[-1] - data.phi_i[0])
+    return Layout(False, next((n for n in (2, 4) if abs(sectors - n) < 0.5), 1), data.jacobian)
 
 
 def params(data: Rgl) -> RglParams:

@@ -117,7 +117,11 @@ def _reflectance(fields: Mapping, shape: tuple[int, ...], path) -> np.ndarray:
     wavelengths = _knots(fields, "wavelengths", path)
     spectra = _floats(fields, "spectra", (*shape[:2], len(wavelengths), *shape[3:]), path)
     weights = spectrum.to_rgb(wavelengths, path).astype(np.float32)
-    return np.moveaxis(np.moveaxis(spectra, 2, -1) @ weights, -1, 2)
+    with np.errstate(over="ignore", invalid="ignore"):
+        rgb = np.moveaxis(np.moveaxis(spectra, 2, -1) @ weights, -1, 2)
+    if not np.isfinite(rgb).all():
+        raise DataError(path, "field 'spectra' is too large for single precision")
+    return rgb
 
 
 def _description(fields: Mapping) -> str:

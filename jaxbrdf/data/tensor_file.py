@@ -47,10 +47,13 @@ def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> Mapping[str, 
     major, minor, count, cursor = _unpack(content, cursor, "<BBI", path)
     if (major, minor) != VERSION:
         raise DataError(path, f"tensor file version {major}.{minor} is not known, only 1.0")
-    arrays = {}
+    arrays, end = {}, cursor
     for number in range(count):
         name, field, cursor = _field(content, cursor, number, path)
         arrays[name] = _array(content, name, field, path)
+        end = max(end, cursor, field.offset + arrays[name].nbytes)
+    if end < len(content):
+        raise DataError(path, f"{len(content) - end} bytes follow the last field")
     return arrays
 
 
@@ -77,6 +80,8 @@ def _field(content: bytes, cursor: int, number: int, path) -> tuple[str, Field, 
 
 def _array(content: bytes, name: str, field: Field, path) -> np.ndarray:
     count = math.prod(field.shape)
+    if count == 0:
+        raise DataError(path, f"field '{name}' {list(field.shape)} is empty")
     size = count * field.dtype.itemsize
     if field.offset + size > len(content):
         room = max(len(content) - field.offset, 0)

@@ -1,0 +1,52 @@
+"""What every test runs under, and the real data that some need."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import jax
+import mitsuba
+import pytest
+from hypothesis import settings
+
+jax.config.update("jax_numpy_rank_promotion", "raise")
+jax.config.update("jax_enable_x64", False)
+
+# The same examples every time, and no deadline: the first example of a test compiles.
+settings.register_profile("jaxbrdf", deadline=None, derandomize=True, max_examples=40)
+settings.load_profile("jaxbrdf")
+
+
+@pytest.fixture(scope="session")
+def data_dir() -> Path:
+    """The folder of real data, which the project does not carry."""
+    folder = os.environ.get("JAXBRDF_DATA")
+    if folder:
+        return Path(folder)
+    reason = "JAXBRDF_DATA names no folder of real data"
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+@pytest.fixture
+def mitsuba_rgb() -> Iterator[ModuleType]:
+    """Mitsuba with linear Rec.709 colours, one query at a time."""
+    yield from _variant("scalar_rgb")
+
+
+@pytest.fixture
+def mitsuba_spectral() -> Iterator[ModuleType]:
+    """Mitsuba with wavelengths, one query at a time."""
+    yield from _variant("scalar_spectral")
+
+
+def _variant(name: str) -> Iterator[ModuleType]:
+    before = mitsuba.variant()
+    mitsuba.set_variant(name)
+    yield mitsuba
+    if before:
+        mitsuba.set_variant(before)
