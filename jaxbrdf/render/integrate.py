@@ -21,8 +21,8 @@ from jaxbrdf.render.camera import film_points
 from jaxbrdf.render.environment import Environment, light_density, look_up, sample_light
 from jaxbrdf.render.proposal import with_sampler
 from jaxbrdf.render.sphere import Shading, intersect, to_local, to_world
-from jaxbrdf.sampling.lattice import lattice_points
 from jaxbrdf.sampling.mis import power_heuristic
+from jaxbrdf.sampling.sobol import rotate, sobol_points
 from jaxbrdf.types import Brdf, Material, Params, Query
 
 CHUNK = 2**13
@@ -49,8 +49,9 @@ def render_environment(
         samples: draws a pixel; each evaluates the material twice.
     """
     pixels = _pixels_of_the_sphere(height, width)
+    points = jnp.asarray(sobol_points(samples, 5))
     colours = _render_chunks(
-        material.brdf, (height, width), samples, key, jnp.asarray(pixels), material.params, environment
+        material.brdf, (height, width), key, jnp.asarray(pixels), points, material.params, environment
     )
     return _to_image(pixels, np.asarray(colours), height, width)
 
@@ -80,25 +81,26 @@ def render_directional(
     return _to_image(pixels, np.asarray(colours), height, width)
 
 
-@partial(jax.jit, static_argnums=(0, 1, 2))
+@partial(jax.jit, static_argnums=(0, 1))
 def _render_chunks(
     brdf: Brdf,
     size: tuple[int, int],
-    samples: int,
     key: jax.Array,
     pixels: jax.Array,
+    points: jax.Array,
     params: Params,
     environment: Environment,
 ) -> jax.Array:
     def chunk(index: jax.Array, pixel: jax.Array) -> jax.Array:
-        shift = jax.random.uniform(jax.random.fold_in(key, index), (CHUNK, 5))
+        shift = jax.random.uniform(jax.random.fold_in(key, index), (CHUNK, points.shape[1]))
 
         def add_sample(i: jax.Array, total: jax.Array) -> jax.Array:
-            u = lattice_points(shift, i)
-            shading = intersect(film_points(pixel, u[:, :2], *size))
-            return total + _reflected(brdf, params, environment, shading, u[:, 2:])
+            u = rotate(points[i][None, :], shift)
+            # the first, most even dimensions choose the directions, the last two the place in the pixel
+            shading = intersect(film_points(pixel, u[:, 3:], *size))
+            return total + _reflected(brdf, params, environment, shading, u[:, jnp.array([2, 0, 1])])
 
-        return jax.lax.fori_loop(0, samples, add_sample, jnp.zeros((CHUNK, 3))) / samples
+        return jax.lax.fori_loop(0, len(points), add_sample, jnp.zeros((CHUNK, 3))) / len(points)
 
     chunks = pixels.reshape(-1, CHUNK)
     return jax.lax.map(lambda c: chunk(*c), (jnp.arange(len(chunks)), chunks)).reshape(-1, 3)

@@ -21,7 +21,7 @@ from jaxbrdf.core.fresnel import Conductor, Dielectric, Schlick
 from jaxbrdf.sampling.pairs import draw_pairs
 from jaxbrdf.types import Query
 
-mi.set_variant("scalar_rgb")
+pytestmark = pytest.mark.usefixtures("mitsuba_rgb")
 
 GOLD = ((0.223, 0.428, 1.335), (3.204, 2.460, 1.872))
 ROUGHNESS = ((1e-4, 1e-4), (1e-3, 1e-3), (0.01, 1e-4), (0.1, 0.1), (0.08, 0.35), (1.0, 1e-3), (0.5, 0.5), (1.0, 1.0))

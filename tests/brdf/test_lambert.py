@@ -21,7 +21,7 @@ from jaxbrdf.core.fresnel import Dielectric
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Query
 
-mi.set_variant("scalar_rgb")
+pytestmark = pytest.mark.usefixtures("mitsuba_rgb")
 
 ALBEDO = (0.8, 0.4, 0.1)
 LOBES = {

@@ -19,7 +19,7 @@ def test_round_trip():
 
 def test_areas_are_kept():
     u = jnp.asarray(np.random.default_rng(1).uniform(0.02, 0.98, (1000, 2)), jnp.float32)
-    jacobian = jax.vmap(jax.jacfwd(square_to_disk))(u)
+    jacobian = jax.jit(jax.vmap(jax.jacfwd(square_to_disk)))(u)
     determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
     np.testing.assert_allclose(np.abs(determinant), np.pi, rtol=1e-4)
 

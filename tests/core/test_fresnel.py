@@ -18,7 +18,7 @@ from jaxbrdf.core.fresnel import (
     schlick,
 )
 
-mi.set_variant("scalar_rgb")
+pytestmark = pytest.mark.usefixtures("mitsuba_rgb")
 
 COSINES = np.concatenate([[0.0, 1e-7, 1e-4, 1e-2], np.linspace(0.05, 1.0, 20)])
 METALS = ((0.223, 3.204), (1.335, 1.872), (1.32, 7.307), (0.05, 4.0), (3.0, 3.0), (1.5, 1e-3), (1.5, 0.0), (0.02, 40.0))
@@ -51,7 +51,9 @@ def test_dielectric_matches_complex_arithmetic_in_float32(eta: float):
 @pytest.mark.parametrize("eta", INDICES)
 def test_dielectric_matches_mitsuba(eta: float):
     want = [mi.fresnel(float(c), eta)[0] for c in COSINES]
-    np.testing.assert_allclose(dielectric(jnp.asarray(COSINES, jnp.float32), jnp.float32(eta)), want, rtol=3e-4, atol=1e-6)
+    np.testing.assert_allclose(
+        dielectric(jnp.asarray(COSINES, jnp.float32), jnp.float32(eta)), want, rtol=3e-4, atol=1e-6
+    )
 
 
 @pytest.mark.parametrize(("eta", "k"), METALS)
@@ -110,4 +112,6 @@ def test_diffuse_reflectance_agrees_with_the_published_value():
 def test_records_give_three_channels_for_any_batch(record, shape: tuple[int, ...]):
     reflectance = record.reflectance(jnp.full(shape, 0.7))
     assert reflectance.shape == (*shape, 3)
-    np.testing.assert_allclose(reflectance, jnp.broadcast_to(record.reflectance(jnp.array(0.7)), (*shape, 3)), rtol=1e-6)
+    np.testing.assert_allclose(
+        reflectance, jnp.broadcast_to(record.reflectance(jnp.array(0.7)), (*shape, 3)), rtol=1e-6
+    )

@@ -19,7 +19,7 @@ from jaxbrdf.core.microfacet import (
     visible_normal_density,
 )
 
-mi.set_variant("scalar_rgb")
+pytestmark = pytest.mark.usefixtures("mitsuba_rgb")
 
 ROUGHNESS = ((1e-4, 1e-4), (1e-3, 0.1), (0.05, 0.4), (0.3, 0.3), (1.0, 0.6))
 
