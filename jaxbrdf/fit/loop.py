@@ -72,7 +72,7 @@ class Advance(NamedTuple):
 
 def start(params: Params, optimiser: optax.GradientTransformation) -> FitState:
     """The state before the first step."""
-    return FitState(params, params, optimiser.init(params), jnp.zeros((), jnp.int32))
+    return FitState(params, jax.tree.map(jnp.copy, params), optimiser.init(params), jnp.zeros((), jnp.int32))
 
 
 def compile_advance(
@@ -92,7 +92,7 @@ def compile_advance(
     mesh = Mesh(devices, (AXIS,), axis_types=(AxisType.Auto,))
     step = partial(_step, loss, optimiser, schedule, config, config.batch // len(devices))
     return Advance(
-        run=jax.jit(partial(_sharded_run, mesh, step), donate_argnums=0),
+        run=jax.jit(partial(_sharded_run, mesh, step)),
         place_state=lambda state: jax.device_put(state, NamedSharding(mesh, PartitionSpec())),
         place_pool=partial(jax.tree.map, lambda leaf: jax.device_put(leaf, NamedSharding(mesh, _last_axis(leaf)))),
     )

@@ -40,6 +40,8 @@ class LossWeights(NamedTuple):
     square: float = 1.0
 
 
+EQUAL_WEIGHTS = LossWeights()
+
 Loss = Callable[[jax.Array, Batch, Scale], jax.Array]
 
 
@@ -68,8 +70,7 @@ def log_domain(log_f: jax.Array, batch: Batch, scale: Scale, *, offset: float = 
     return jnp.abs(jnp.log(_exp(log_f) + offset) - jnp.log(batch.target + offset))
 
 
-def balanced(log_f: jax.Array, batch: Batch, scale: Scale, *, weights: LossWeights = LossWeights()) -> jax.Array:  #
-noqa: B008
+def balanced(log_f: jax.Array, batch: Batch, scale: Scale, *, weights: LossWeights = EQUAL_WEIGHTS) -> jax.Array:
     """Relative, absolute and squared error together, each dimensionless, `(3, batch)`.
 
     With the draws' importance, the terms' means are SMAPE, MAE / E f and MSE / E f^2: the first sees dark regions, the

@@ -1,0 +1,115 @@
+"""The judgement that every command shares: errors in BRDF space and of a rendering, and the time of an evaluation."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from jaxbrdf.brdf.measured import asymmetry, clamped_share
+from jaxbrdf.errors import OpenCLError
+from jaxbrdf.export import bundle as bundles
+from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.jobs.source import Source
+from jaxbrdf.metrics.brdf_space import BrdfErrors, compare_many
+from jaxbrdf.metrics.image import image_errors
+from jaxbrdf.opencl import material as device_material
+from jaxbrdf.opencl.platform import choose, context_of, describe
+from jaxbrdf.render.environment import make_environment
+from jaxbrdf.render.integrate import render_environment
+from jaxbrdf.render.studio import studio
+from jaxbrdf.sampling.pairs import draw_weighted
+from jaxbrdf.types import Material, Query
+
+JUDGING_SEED = 20_260_101
+"""Draws that no fit's seed reaches: fits fold their seed, judges do not."""
+
+TIMED_QUERIES = 2**18
+TIMED_RUNS = 7
+
+
+class Pictures(NamedTuple):
+    """The fit and its reference under one light, linear Rec.709 `(H, W, 3)`."""
+
+    fit: np.ndarray
+    reference: np.ndarray
+
+
+def brdf_errors(materials: dict[str, Material], truth: Callable[[Query], jax.Array]) -> dict[str, BrdfErrors]:
+    """Each material's errors against `truth` on the same pairs (docs/conventions.md)."""
+    compiled = {name: jax.jit(partial(m.brdf.eval, m.params)) for name, m in materials.items()}
+    return compare_many(jax.random.key(JUDGING_SEED), compiled, truth, draw_weighted)
+
+
+def plain_errors(errors: BrdfErrors) -> dict[str, float]:
+    """Values and standard errors by name, for reports."""
+    estimates = {name: getattr(errors, name) for name in ("mae", "smape", "rmse", "log_rmse")}
+    values = {name: float(e.value) for name, e in estimates.items()}
+    return values | {f"{name}_standard_error": float(e.standard_error) for name, e in estimates.items()}
+
+
+def render_pair(fit: Material, reference: Material, *, size: int = 192, samples: int = 64) -> Pictures:
+    """Both on a sphere in the built-in studio, under the same light directions."""
+    render = partial(
+        render_environment,
+        jax.random.key(JUDGING_SEED),
+        environment=make_environment(studio()),
+        height=size,
+        width=size,
+        samples=samples,
+    )
+    return Pictures(render(fit), render(reference))
+
+
+def picture_errors(pictures: Pictures) -> dict[str, float]:
+    """Errors of the fit's rendering by name."""
+    return {f"image_{name}": value for name, value in image_errors(*pictures)._asdict().items()}
+
+
+def evaluation_cost(bundle: Bundle) -> dict[str, float]:
+    """Nanoseconds an evaluation: jitted JAX on this processor, and OpenCL's best device where there is one."""
+    wi, wo = (np.asarray(w) for w in draw_weighted(jax.random.key(0), TIMED_QUERIES)[0][:2])
+    material = bundles.material(bundle)
+    evaluate = jax.jit(partial(material.brdf.eval, material.params))
+    query = Query(jax.numpy.asarray(wi), jax.numpy.asarray(wo))
+    cost = {"jax_ns_per_evaluation": _nanoseconds(lambda: jax.block_until_ready(evaluate(query)))}
+    try:
+        device = choose()
+        context, queue = context_of(device)
+        loaded = device_material.load(bundle, context)
+    except OpenCLError:
+        return cost
+    return cost | {"opencl_ns_per_evaluation": _nanoseconds(lambda: device_material.evaluate(loaded, queue, wi, wo))}
+
+
+def opencl_device() -> str:
+    """The name of the device that `evaluation_cost` times, or why there is none."""
+    try:
+        return describe(choose())
+    except OpenCLError as error:
+        return str(error)
+
+
+def describe_truth(source: Source) -> dict[str, Any]:
+    """What symmetrising and clamping change in a measured material."""
+    return {
+        "name": source.material.name,
+        "isotropic": source.material.isotropic,
+        "clamped_share": clamped_share(source.material),
+        "asymmetry": asymmetry(source.material),
+    }
+
+
+def _nanoseconds(run: Callable[[], Any]) -> float:
+    """Median over runs, after one that warms up, for each of the timed queries."""
+    run()
+    seconds = []
+    for _ in range(TIMED_RUNS):
+        clock = time.perf_counter()
+        run()
+        seconds.append(time.perf_counter() - clock)
+    return 1e9 * float(np.median(seconds)) / TIMED_QUERIES

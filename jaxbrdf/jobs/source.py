@@ -1,0 +1,75 @@
+"""What a command is given: a measured file, a bundle, a fit's folder or the name of a built-in material."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import NamedTuple
+
+from jaxbrdf.brdf import builtin, measured
+from jaxbrdf.data import input as data_input
+from jaxbrdf.errors import DataError
+from jaxbrdf.export import bundle as bundles
+from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.types import Material
+
+BUNDLE_SUFFIX = ".safetensors"
+BUNDLE_NAME = "bundle.safetensors"
+
+
+class Source(NamedTuple):
+    """An opened input.
+
+    Attributes:
+        material: evaluable, as the file says it: clamped, not symmetrised.
+        path: of the file; None for a built-in material.
+        sha256: of a measured file's bytes, hexadecimal; empty for others.
+        bundle: set where the file is one.
+    """
+
+    material: Material
+    path: Path | None
+    sha256: str
+    bundle: Bundle | None
+
+
+def open_source(name: str) -> Source:
+    """The material that `name` stands for.
+
+    Raises:
+        DataError: if it is neither a readable file nor a built-in material's name.
+    """
+    if name in builtin.MATERIALS:
+        return Source(builtin.MATERIALS[name](), None, "", None)
+    path = Path(name)
+    if is_bundle(path):
+        bundle = open_bundle(name)
+        return Source(bundles.material(bundle), bundle_path(path), "", bundle)
+    if path.suffix == "" and not path.exists():
+        raise DataError(name, f"no such file, and not a built-in material ({', '.join(builtin.MATERIALS)})")
+    content = data_input.read(path)
+    return Source(measured.load(path), path, hashlib.sha256(content).hexdigest(), None)
+
+
+def is_bundle(path: Path) -> bool:
+    """Whether the path looks like a bundle, or like the folder that a fit left one in."""
+    return path.suffix == BUNDLE_SUFFIX or (path / BUNDLE_NAME).is_file()
+
+
+def bundle_path(path: Path) -> Path:
+    """The bundle's file, given itself or the folder that a fit wrote."""
+    return path / BUNDLE_NAME if path.is_dir() else path
+
+
+def open_bundle(name: str) -> Bundle:
+    """The bundle at a path.
+
+    Raises:
+        DataError: if there is none, or it is not sound.
+    """
+    if name in builtin.MATERIALS:
+        raise DataError(name, "is a built-in material; a bundle is needed here")
+    path = Path(name)
+    if not is_bundle(path):
+        raise DataError(name, f"is not a bundle (a {BUNDLE_SUFFIX} file, or a folder with {BUNDLE_NAME})")
+    return bundles.load(bundle_path(path))

@@ -1,0 +1,243 @@
+"""The training of one model on one material, from its first draws to its averaged parameters, resumable at any step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxbrdf.errors import FitError
+from jaxbrdf.fit import checkpoint, loop, losses, pool
+from jaxbrdf.fit.batch import Batch
+from jaxbrdf.fit.optimiser import adam
+from jaxbrdf.fit.presets import Preset
+from jaxbrdf.jobs.progress import Reporter
+from jaxbrdf.sampling.hemisphere import square_to_cosine
+from jaxbrdf.sampling.pairs import draw_weighted
+from jaxbrdf.types import Model, Params, Query
+
+STRIDE = 200
+"""Steps between looks at the clock, the loss and the keyboard."""
+
+SECONDS_BETWEEN_CHECKPOINTS = 10.0
+HELD_OUT = 2**14
+TRIAL_STEPS = 100
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is trained, on what, and how.
+
+    Attributes:
+        model: the learned reflectance.
+        truth: `query -> f`, compiled.
+        preset: the recipe.
+        seed: of parameters and draws.
+        checkpoint: the file of the running state.
+        record: what the checkpoint says that it belongs to.
+    """
+
+    model: Model
+    truth: Callable[[Query], jax.Array]
+    preset: Preset
+    seed: int
+    checkpoint: Path
+    record: dict[str, Any]
+
+
+class Trained(NamedTuple):
+    """The result of a training.
+
+    Attributes:
+        params: the averaged parameters.
+        steps: taken in all.
+        cost: `fit_seconds` (drawing and training), `draw_seconds` of them, `compile_seconds`, `queries_per_second`.
+    """
+
+    params: Params
+    steps: int
+    cost: dict[str, float]
+
+
+class _Prepared(NamedTuple):
+    """Everything that training needs besides its state."""
+
+    advance: loop.Advance
+    pool: Batch
+    held_out: Batch
+    error: Callable[[Params, Batch], jax.Array]
+    seconds: dict[str, float]
+
+
+def cosine_draws(key: jax.Array, count: int) -> tuple[Query, jax.Array]:
+    """Cosine-distributed pairs, the paper's draws, each of importance one."""
+    u = jax.random.uniform(key, (2, count, 2))
+    return Query(square_to_cosine(u[0]), square_to_cosine(u[1])), jnp.ones(count)
+
+
+def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Reporter) -> Trained:
+    """Trains to the preset's end, or to what the budget allows.
+
+    Raises:
+        FitError: if the loss is no longer finite, or there is nothing to resume; the last checkpoint is kept.
+        DataError: if the checkpoint cannot be read or written.
+    """
+    record = _resumable(task) if resume else None
+    prepared, state = _prepare(task, reporter)
+    if record is not None:
+        state = prepared.advance.place_state(checkpoint.load(task.checkpoint, like=jax.tree.map(np.asarray, state)))
+        steps, spent = record["steps"], record["seconds"]
+    else:
+        steps, spent = _planned_steps(task, prepared, budget_seconds), 0.0
+    _tell_cost(task, prepared, steps, reporter)
+    clock = time.perf_counter()
+    state = _run(task, prepared, state, steps, spent, reporter)
+    trained = spent + time.perf_counter() - clock
+    return Trained(jax.tree.map(np.asarray, state.average), steps, _cost(task, prepared, steps, trained))
+
+
+def _resumable(task: Task) -> dict[str, Any]:
+    if not task.checkpoint.exists():
+        raise FitError(f"{task.checkpoint}: no checkpoint to resume")
+    record = checkpoint.read_record(task.checkpoint)
+    for name, value in task.record.items():
+        if record.get(name) != value:
+            raise FitError(f"{task.checkpoint}: was made with {name} {record.get(name)!r}, not {value!r}")
+    return record
+
+
+def _prepare(task: Task, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
+    """Draws, compiles and times; the state is that before the first step."""
+    reporter.say(f"drawing {task.preset.pool:,} training queries")
+    clock = time.perf_counter()
+    drawn = _draw(task, 0)
+    seconds = {"draw": time.perf_counter() - clock}
+    scale = losses.scale_of(drawn)
+    advance = loop.compile_advance(
+        partial(_loss, task, scale), adam(task.preset.optimiser), task.preset.schedule, task.preset.loop, jax.devices()
+    )
+    placed, state = advance.place_pool(drawn), _first_state(task, drawn)
+    clock = time.perf_counter()
+    jax.block_until_ready(advance.run(advance.place_state(state), placed, jnp.int32(1), jnp.int32(1)))
+    seconds["compile"] = time.perf_counter() - clock
+    trial = advance.place_state(state)
+    clock = time.perf_counter()
+    jax.block_until_ready(advance.run(trial, placed, jnp.int32(TRIAL_STEPS), jnp.int32(TRIAL_STEPS)))
+    seconds["step"] = (time.perf_counter() - clock) / TRIAL_STEPS
+    held_out = pool.draw_pool(_key(task, "held out"), HELD_OUT, draw_weighted, task.truth, task.model.encode)
+    return _Prepared(advance, placed, held_out, jax.jit(partial(_smape, task)), seconds), advance.place_state(state)
+
+
+def _key(task: Task, purpose: str) -> jax.Array:
+    return jax.random.fold_in(jax.random.key(task.seed), ("params", "held out", "pool").index(purpose))
+
+
+def _draw(task: Task, index: int) -> Batch:
+    draw = draw_weighted if task.preset.highlights else cosine_draws
+    key = jax.random.fold_in(_key(task, "pool"), index)
+    return pool.draw_pool(key, task.preset.pool, draw, task.truth, task.model.encode)
+
+
+def _first_state(task: Task, drawn: Batch) -> loop.FitState:
+    """Initial parameters whose constant part is the material's typical value, so that training starts in range."""
+    params = task.model.init(_key(task, "params"))
+    typical = jnp.log(jnp.median(drawn.target, axis=1) + losses.SMAPE_OFFSET)
+    decoder = params.mlp if hasattr(params, "mlp") else params
+    decoder = decoder._replace(biases=(*decoder.biases[:-1], typical))
+    params = params._replace(mlp=decoder) if hasattr(params, "mlp") else decoder
+    return loop.start(params, adam(task.preset.optimiser))
+
+
+def _loss(task: Task, scale: losses.Scale, params: Params, batch: Batch) -> jax.Array:
+    return jnp.mean(task.preset.loss(task.model.decode(params, batch.coordinates), batch, scale))
+
+
+def _smape(task: Task, params: Params, batch: Batch) -> jax.Array:
+    p = jnp.exp(task.model.decode(params, batch.coordinates))
+    relative = 2.0 * jnp.abs(p - batch.target) / (p + batch.target + losses.SMAPE_OFFSET)
+    return jnp.mean(batch.importance[None] * relative)
+
+
+def _planned_steps(task: Task, prepared: _Prepared, budget_seconds: float | None) -> int:
+    if budget_seconds is None:
+        return task.preset.steps
+    return max(1, int((budget_seconds - prepared.seconds["draw"]) / prepared.seconds["step"]))
+
+
+def _tell_cost(task: Task, prepared: _Prepared, steps: int, reporter: Reporter) -> None:
+    queries, seconds = steps * task.preset.loop.batch, steps * prepared.seconds["step"]
+    cost = f"{queries / 1e6:,.0f} M queries, about {seconds:,.0f} s on this machine"
+    reporter.say(f"{task.preset.name}: {steps:,} steps, {cost}")
+
+
+def _cost(task: Task, prepared: _Prepared, steps: int, seconds: float) -> dict[str, float]:
+    return {
+        "fit_seconds": prepared.seconds["draw"] + seconds,
+        "draw_seconds": prepared.seconds["draw"],
+        "compile_seconds": prepared.seconds["compile"],
+        "queries_per_second": steps * task.preset.loop.batch / seconds,
+    }
+
+
+def _run(
+    task: Task, prepared: _Prepared, state: loop.FitState, steps: int, spent: float, reporter: Reporter
+) -> loop.FitState:
+    """Advances to `steps`, with a checkpoint every few seconds and one at an interruption."""
+    clock = saved = time.perf_counter()
+
+    def save(state: loop.FitState) -> float:
+        record = {**task.record, "steps": steps, "seconds": spent + time.perf_counter() - clock}
+        checkpoint.save(task.checkpoint, state, record)
+        return time.perf_counter()
+
+    save(state)
+    with reporter.steps("fitting", steps) as tell:
+        try:
+            for latest, loss in _strides(task, prepared, state, steps):
+                state = latest
+                tell(int(state.step), f"loss {loss:.4f}, held-out SMAPE {_held_out_error(prepared, state):.4f}")
+                if time.perf_counter() - saved > SECONDS_BETWEEN_CHECKPOINTS:
+                    saved = save(state)
+        except KeyboardInterrupt:
+            save(state)
+            raise
+    return state
+
+
+def _held_out_error(prepared: _Prepared, state: loop.FitState) -> float:
+    return float(prepared.error(jax.device_get(state.average), prepared.held_out))
+
+
+def _strides(
+    task: Task, prepared: _Prepared, state: loop.FitState, steps: int
+) -> Iterator[tuple[loop.FitState, float]]:
+    """States and losses every `STRIDE` steps, drawing further pools where the preset asks for them."""
+    done, held, placed = int(state.step), 0, prepared.pool
+    while done < steps:
+        index, until = _pool_of(task.preset, done)
+        if index != held:
+            held, placed = index, prepared.advance.place_pool(_draw(task, index))
+        count = min(STRIDE, steps - done, until - done)
+        state, loss = prepared.advance.run(state, placed, jnp.int32(count), jnp.int32(steps))
+        if not np.isfinite(float(loss)):
+            raise FitError(
+                f"the loss became {float(loss)} between steps {done} and {done + count}; "
+                f"the last good state is kept in {task.checkpoint}"
+            )
+        done += count
+        yield state, float(loss)
+
+
+def _pool_of(preset: Preset, step: int) -> tuple[int, int]:
+    """Which pool a step reads, and the first step of the next."""
+    if not preset.passes:
+        return 0, step + STRIDE
+    lasts = preset.passes * preset.pool // preset.loop.batch
+    return step // lasts, (step // lasts + 1) * lasts
