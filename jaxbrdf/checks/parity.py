@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pyopencl as cl
+from scipy.ndimage import zoom
 
 from jaxbrdf.checks.finite import hard_queries
 from jaxbrdf.export.bundle import Bundle
@@ -51,24 +53,28 @@ def with_isotropy(config: Any, isotropic: bool) -> Any:
 
 def demanding_params(key: jax.Array, model: Model) -> Params:
     """Random parameters whose f has the range of a fitted glossy material."""
-    key_init, key_change, key_query = jax.random.split(key, 3)
-    params = model.init(key_init)
-    leaves, structure = jax.tree.flatten(params)
-    keys = jax.random.split(key_change, len(leaves))
-    params = jax.tree.unflatten(structure, [_demanding(k, leaf) for k, leaf in zip(keys, leaves, strict=True)])
-    log_f = jnp.log(model.eval(params, _cosine_pairs(key_query, 4096)))
-    mean, deviation = jnp.mean(log_f, axis=0), jnp.std(log_f, axis=0)
-    return _with_outputs(params, LOG_DEVIATION / deviation, mean)
+    key_params, key_query = jax.random.split(key)
+    params = random_params(int(jax.random.bits(key_params)), model)
+    log_f = np.log(jax.jit(model.eval)(params, _cosine_pairs(key_query, 4096)))
+    return _with_outputs(params, LOG_DEVIATION / np.std(log_f, axis=0), np.mean(log_f, axis=0))
 
 
-def _demanding(key: jax.Array, leaf: jax.Array) -> jax.Array:
-    if leaf.ndim < 3:
-        return leaf + 0.3 * jax.random.normal(key, leaf.shape)
-    coarse = jax.random.normal(key, (leaf.shape[0], *(min(n, c) for n, c in zip(leaf.shape[1:], COARSE, strict=True))))
-    return jax.image.resize(coarse, leaf.shape, "cubic")
+def random_params(seed: int, model: Model) -> Params:
+    """Parameters as numpy arrays, none at its first value: smooth textures, weights of variance 1 / n_in."""
+    rng = np.random.default_rng(seed)
+    shapes = jax.eval_shape(lambda: model.init(jax.random.key(0)))
+    return jax.tree.map(lambda leaf: _random(rng, leaf.shape), shapes)
 
 
-def _with_outputs(params: Params, scale: jax.Array, mean: jax.Array) -> Params:
+def _random(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    if len(shape) < 3:
+        deviation = 1.3 / np.sqrt(shape[0]) if len(shape) == 2 else 0.3
+        return np.asarray(deviation * rng.standard_normal(shape), np.float32)
+    coarse = rng.standard_normal((shape[0], *np.minimum(shape[1:], COARSE)))
+    return np.asarray(zoom(coarse, np.divide(shape, coarse.shape), order=3, mode="nearest"), np.float32)
+
+
+def _with_outputs(params: Params, scale: np.ndarray, mean: np.ndarray) -> Params:
     """The parameters whose ln f is scale (ln f - mean), by channel."""
     mlp = params if isinstance(params, Mlp) else params.mlp
     weight, bias = mlp.weights[-1] * scale[None], (mlp.biases[-1] - mean) * scale
@@ -76,6 +82,7 @@ def _with_outputs(params: Params, scale: jax.Array, mean: jax.Array) -> Params:
     return changed if isinstance(params, Mlp) else params._replace(mlp=changed)
 
 
+@partial(jax.jit, static_argnames="count")
 def demanding_queries(key: jax.Array, *, count: int = 1 << 14) -> Query:
     """`count` pairs of each kind, cosine, almost equal, mirrored or opposed, grazing, below; and the hard queries."""
     keys = jax.random.split(key, 5)

@@ -113,7 +113,7 @@ def _narrow(name: str, array: np.ndarray, dtype: np.dtype) -> np.ndarray:
     largest = float(np.abs(array).max(initial=0.0))
     if largest > float(np.finfo(dtype).max):
         raise ValueError(f"{name} holds {largest:.3g}, beyond the range of {dtype}: store it in float32")
-    return np.ascontiguousarray(array, dtype)
+    return np.array(array, dtype, order="C")
 
 
 def _one_line(error: Exception) -> str:

@@ -1,0 +1,54 @@
+"""Bundles for tests: every model and variant, with parameters that reach far, and small ones."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import jax
+
+from jaxbrdf.checks.parity import demanding_params, random_params, with_isotropy
+from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.manifest import Manifest, Provenance
+from jaxbrdf.models.gated import GatedConfig
+from jaxbrdf.models.half_difference import TextureSizes
+from jaxbrdf.models.table import MODELS
+from jaxbrdf.types import Params
+
+VARIANTS: dict[str, tuple[str, Any]] = {
+    f"{model} {'isotropic' if isotropic else 'general'}": (model, with_isotropy(entry.config(), isotropic))
+    for model, entry in MODELS.items()
+    for isotropic in (True, False)
+}
+VARIANTS["gated horizon"] = ("gated", dataclasses.replace(GatedConfig(), horizon=True))
+VARIANTS["gated three warps"] = ("gated", GatedConfig(h_exponents=(0.6, 1.0, 2.0), d_exponents=(1.5,)))
+VARIANTS["tripleplane odd sizes"] = (
+    "tripleplane",
+    MODELS["tripleplane"].config(textures=TextureSizes(False, 3, 5, 2, 7, 3), hidden=(5, 9, 4)),
+)
+VARIANTS["nbrdf linear"] = ("nbrdf", MODELS["nbrdf"].config(hidden=()))
+
+PROVENANCE = Provenance("chm_light_blue_rgb.bsdf", "ab" * 32, "0.1.0", 3, "quick", 1000)
+SMALL = GatedConfig(textures=TextureSizes(False, 4, 5, 6, 7, 2), hidden=(3,))
+
+
+def bundle_of(model: str, config: Any, params: Params) -> Bundle:
+    """The parameters with a manifest."""
+    return Bundle(Manifest("light blue", model, config, PROVENANCE, {"mae": 0.01}, {"seconds": 60.0}), params)
+
+
+def random_bundle(variant: str) -> Bundle:
+    """A row of `VARIANTS` with random parameters."""
+    model, config = VARIANTS[variant]
+    return bundle_of(model, config, random_params(1, MODELS[model].build(config)))
+
+
+def demanding_bundle(variant: str) -> Bundle:
+    """A row of `VARIANTS` with random parameters whose f spans six decades."""
+    model, config = VARIANTS[variant]
+    return bundle_of(model, config, demanding_params(jax.random.key(0), MODELS[model].build(config)))
+
+
+def small_bundle() -> Bundle:
+    """A gated bundle of a few kilobytes."""
+    return bundle_of("gated", SMALL, random_params(1, MODELS["gated"].build(SMALL)))
