@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxbrdf.core.colour import REC709_LUMINANCE
-from jaxbrdf.core.numerics import safe_acos, safe_atan2, safe_divide
+from jaxbrdf.core.numerics import safe_atan2, safe_divide
 from jaxbrdf.sampling.tabulated import Tabulated, sample_tabulated, tabulate, tabulated_density
 
 
@@ -70,7 +70,9 @@ def light_density(environment: Environment, direction: jax.Array) -> jax.Array:
 def direction_to_square(w: jax.Array) -> jax.Array:
     """World direction to (u, v), `(..., 2)`."""
     u = safe_atan2(w[..., 0], -w[..., 2]) / (2.0 * jnp.pi)
-    return jnp.stack([u - jnp.floor(u), safe_acos(w[..., 1]) / jnp.pi], axis=-1)
+    # not acos(y), which loses half of its digits next to the poles
+    v = safe_atan2(jnp.hypot(w[..., 0], w[..., 2]), w[..., 1]) / jnp.pi
+    return jnp.stack([u - jnp.floor(u), v], axis=-1)
 
 
 def square_to_direction(point: jax.Array) -> jax.Array:
