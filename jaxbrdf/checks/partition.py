@@ -24,7 +24,7 @@ class Partition(NamedTuple):
     locate: Callable[[np.ndarray], np.ndarray]
 
 
-def polar(axis: tuple[float, float, float] = (0.0, 0.0, 1.0), *, spread: float = 1.0) -> Partition:
+def polar(*, axis: tuple[float, float, float] = (0.0, 0.0, 1.0), spread: float = 1.0) -> Partition:
     """Rings and sectors about `axis`, the rings widening geometrically from `spread` radians on.
 
     With t = 1 - cos(angle to the axis) and e = spread^2, the first coordinate is log(1 + t / e) / log(1 + 2 / e).

@@ -26,7 +26,7 @@ def faulty(**parts) -> Brdf:
 
 
 @pytest.mark.parametrize(
-    "partition", [polar(), polar((0.6, 0.0, 0.8), spread=0.1), half_vector((0.6, 0.0, 0.8), 0.4, 0.2)]
+    "partition", [polar(), polar(axis=(0.6, 0.0, 0.8), spread=0.1), half_vector((0.6, 0.0, 0.8), 0.4, 0.2)]
 )
 def test_partitions_invert_and_measure_the_sphere(partition):
     points = np.random.default_rng(0).uniform(0.01, 0.99, (2000, 2))
