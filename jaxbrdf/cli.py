@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
+import shlex
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import jax
 
 import jaxbrdf
-from jaxbrdf.errors import JaxbrdfError
+from jaxbrdf.data.os_fault import os_fault
+from jaxbrdf.errors import DataError, JaxbrdfError
 from jaxbrdf.fit.presets import PRESETS
 from jaxbrdf.jobs.compare import compare
 from jaxbrdf.jobs.convert import convert
 from jaxbrdf.jobs.evaluate import BACKENDS, evaluate
 from jaxbrdf.jobs.fit import fit
-from jaxbrdf.jobs.fit_config import FitConfig
+from jaxbrdf.jobs.fit_config import FitConfig, output_paths
 from jaxbrdf.jobs.info import info
 from jaxbrdf.jobs.progress import Silent, Terminal
 from jaxbrdf.jobs.render import STUDIO, render
@@ -33,15 +36,22 @@ INPUT_HELP = "a measured file (.bsdf, .binary, .bin, .h5), or gold, brushed-alum
 BUNDLE_HELP = "a .safetensors bundle, or the folder that a fit wrote"
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser whose mistakes are told in one line, without the usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(EXIT_MISTAKE, f"{self.prog}: {one_line(message)}\n")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit code."""
     options = parser().parse_args(arguments)
     use_every_core()
     try:
         result = options.run(options)
-        print(json.dumps(result) if options.json else options.tell(result))
+        print_result(json.dumps(result) if options.json else options.tell(result))
     except JaxbrdfError as error:
-        print(f"jaxbrdf: {error}", file=sys.stderr)
+        print(f"jaxbrdf: {one_line(str(error))}", file=sys.stderr)
         return EXIT_MISTAKE
     except KeyboardInterrupt:
         print("jaxbrdf: interrupted", file=sys.stderr)
@@ -49,18 +59,41 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+def one_line(text: str) -> str:
+    """The text without line breaks, which a file's name may hold."""
+    return " ".join(text.splitlines())
+
+
+def print_result(result: str) -> None:
+    """Prints to standard output, all of it at once.
+
+    Raises:
+        DataError: if it cannot be written, as on a full disk.
+    """
+    try:
+        print(result, flush=True)
+    except OSError as error:
+        # what is left in the buffer would fail once more at exit, with a traceback
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise DataError("standard output", f"cannot be written: {os_fault(error)}") from None
+
+
 def use_every_core() -> None:
-    """Lets JAX train on one device a core, the greatest power of two that there are, so that batches divide evenly."""
+    """Lets JAX train on one device a core, the greatest power of two that there are, so that batches divide evenly.
+
+    Where JAX has been used already, as in a notebook, it keeps the devices that it has.
+    """
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     devices = 1
     while 2 * devices <= min(cores, MOST_DEVICES):
         devices *= 2
-    jax.config.update("jax_num_cpu_devices", devices)
+    with contextlib.suppress(RuntimeError):
+        jax.config.update("jax_num_cpu_devices", devices)
 
 
 def parser() -> argparse.ArgumentParser:
     """The commands and their options."""
-    top = argparse.ArgumentParser(prog="jaxbrdf", description=jaxbrdf.__doc__)
+    top = Parser(prog="jaxbrdf", description=jaxbrdf.__doc__)
     top.add_argument("--version", action="version", version=jaxbrdf.__version__)
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     _add_fit(commands)
@@ -108,24 +141,33 @@ def _fit(options: argparse.Namespace) -> dict[str, Any]:
     try:
         result = fit(config, reporter)
     except KeyboardInterrupt:
-        again = " ".join([*_command_line(options), "--resume"])
-        print(f"the checkpoint is kept; to go on:\n  {again}", file=sys.stderr)
+        if output_paths(options.output).checkpoint.exists():
+            again = shlex.join([*_command_line(options), "--resume"])
+            print(f"the checkpoint is kept; to go on:\n  {again}", file=sys.stderr)
         raise
-    return {"files": {name: str(path) for name, path in result.paths._asdict().items()}, **result.report}
+    files = {name: str(path) for name, path in result.paths._asdict().items() if name != "checkpoint"}
+    return {"files": files, **result.report}
 
 
 def _command_line(options: argparse.Namespace) -> list[str]:
     given = {"--model": options.model, "--preset": options.preset, "--seed": options.seed}
     flags = [part for name, value in given.items() for part in (name, str(value))]
     sizes = ["--paper-sizes"] if options.paper_sizes else []
-    return ["jaxbrdf fit", options.input, "-o", options.output, *flags, *sizes, "--precision", options.precision]
+    return ["jaxbrdf", "fit", options.input, "-o", options.output, *flags, *sizes, "--precision", options.precision]
 
 
 def _seed(value: str) -> int:
-    seed = int(value)
-    if not 0 <= seed < 2**31:
-        raise argparse.ArgumentTypeError(f"{value} is not a seed from 0 to 2^31 - 1")
-    return seed
+    return _integer(value, 0, 2**31 - 1)
+
+
+def _count(value: str) -> int:
+    return _integer(value, 1, 2**14)
+
+
+def _integer(value: str, least: int, most: int) -> int:
+    if not (value.isascii() and value.isdigit() and least <= int(value) <= most):
+        raise argparse.ArgumentTypeError(f"{value!r} is not a whole number from {least} to {most}")
+    return int(value)
 
 
 def _add_eval(commands: Any) -> None:
@@ -165,13 +207,6 @@ def _add_render(commands: Any) -> None:
 def _render(options: argparse.Namespace) -> dict[str, Any]:
     size, samples, seed = options.size, options.samples, options.seed
     return {"output": str(render(options.source, options.env, options.output, size=size, samples=samples, seed=seed))}
-
-
-def _count(value: str) -> int:
-    count = int(value)
-    if not 1 <= count <= 2**14:
-        raise argparse.ArgumentTypeError(f"{value} is not a number from 1 to {2**14}")
-    return count
 
 
 def _add_info(commands: Any) -> None:

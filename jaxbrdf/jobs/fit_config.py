@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from jaxbrdf.data.os_fault import os_fault
 from jaxbrdf.data.output import check_writable
 from jaxbrdf.errors import DataError, JaxbrdfError
 from jaxbrdf.fit.presets import PRESETS, Preset
@@ -78,22 +79,26 @@ def model_config(name: str, *, isotropic: bool, paper_sizes: bool) -> Any:
 
 
 def output_paths(output: str) -> FitPaths:
-    """Where a fit writes; the folder is made, and writing is tried, before any work is done.
+    """Where a fit writes: into a folder, or beside the bundle's file."""
+    path = Path(output)
+    is_file = path.suffix == BUNDLE_SUFFIX
+    folder, stem = (path.parent, path.stem) if is_file else (path, "bundle")
+    bundle = path if is_file else folder / BUNDLE_NAME
+    return FitPaths(bundle, *(folder / f"{stem}{suffix}" for suffix in (".report.json", ".png", ".checkpoint")))
+
+
+def prepare_output(paths: FitPaths) -> None:
+    """Makes the folder and tries to write each file, before any work is done.
 
     Raises:
         DataError: naming what cannot be written.
     """
-    path = Path(output)
-    is_file = path.suffix == BUNDLE_SUFFIX
-    folder = path.parent if is_file else path
+    folder = paths.bundle.parent
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise DataError(folder, "is a file, not a folder to write into") from None
     except OSError as error:
-        raise DataError(folder, f"cannot be made a folder: {error.strerror}") from None
-    stem = path.stem if is_file else "bundle"
-    bundle = path if is_file else folder / BUNDLE_NAME
-    checkpoint = folder / f"{stem}.checkpoint"
-    paths = FitPaths(bundle, folder / f"{stem}.report.json", folder / f"{stem}.png", checkpoint)
+        raise DataError(folder, f"cannot be made a folder: {os_fault(error)}") from None
     for file in paths:
         check_writable(file)
-    return paths
