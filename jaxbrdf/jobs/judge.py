@@ -78,12 +78,12 @@ def evaluation_cost(bundle: Bundle) -> dict[str, float]:
     query = Query(jax.numpy.asarray(wi), jax.numpy.asarray(wo))
     cost = {"jax_ns_per_evaluation": _nanoseconds(lambda: jax.block_until_ready(evaluate(query)))}
     try:
-        device = choose()
-        context, queue = context_of(device)
+        context, queue = context_of(choose())
         loaded = device_material.load(bundle, context)
+        nanoseconds = _nanoseconds(lambda: device_material.evaluate(loaded, queue, wi, wo))
     except OpenCLError:
         return cost
-    return cost | {"opencl_ns_per_evaluation": _nanoseconds(lambda: device_material.evaluate(loaded, queue, wi, wo))}
+    return cost | {"opencl_ns_per_evaluation": nanoseconds}
 
 
 def opencl_device() -> str:
