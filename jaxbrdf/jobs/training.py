@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxbrdf.errors import FitError
+from jaxbrdf.errors import DataError, FitError
 from jaxbrdf.fit import checkpoint, loop, losses, pool
 from jaxbrdf.fit.batch import Batch
 from jaxbrdf.fit.optimiser import adam
@@ -29,6 +30,9 @@ STRIDE = 200
 SECONDS_BETWEEN_CHECKPOINTS = 10.0
 HELD_OUT = 2**14
 TRIAL_STEPS = 100
+
+DIVERGED = 1.8
+"""Held-out SMAPE of a fit that is lost: 2 is the most there is, and a constant at the typical value stays near 1."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,7 @@ def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Repo
     """Trains to the preset's end, or to what the budget allows.
 
     Raises:
-        FitError: if the loss is no longer finite, or there is nothing to resume; the last checkpoint is kept.
+        FitError: if the fit diverges, or there is nothing to resume; the last checkpoint is kept.
         DataError: if the checkpoint cannot be read or written.
     """
     record = _resumable(task) if resume else None
@@ -110,6 +114,8 @@ def _resumable(task: Task) -> dict[str, Any]:
     for name, value in task.record.items():
         if record.get(name) != value:
             raise FitError(f"{task.checkpoint}: was made with {name} {record.get(name)!r}, not {value!r}")
+    if type(record.get("steps")) is not int or type(record.get("seconds")) is not float:
+        raise DataError(task.checkpoint, "a checkpoint that does not say how many steps were planned")
     return record
 
 
@@ -201,8 +207,10 @@ def _run(
     with reporter.steps("fitting", steps) as tell:
         try:
             for latest, loss in _strides(task, prepared, state, steps):
+                error = _held_out_error(prepared, latest)
+                _check_sound(task, int(latest.step), loss, error)
                 state = latest
-                tell(int(state.step), f"loss {loss:.4f}, held-out SMAPE {_held_out_error(prepared, state):.4f}")
+                tell(int(state.step), f"loss {loss:.4f}, held-out SMAPE {error:.4f}")
                 if time.perf_counter() - saved > SECONDS_BETWEEN_CHECKPOINTS:
                     saved = save(state)
         except KeyboardInterrupt:
@@ -213,6 +221,15 @@ def _run(
 
 def _held_out_error(prepared: _Prepared, state: loop.FitState) -> float:
     return float(prepared.error(jax.device_get(state.average), prepared.held_out))
+
+
+def _check_sound(task: Task, step: int, loss: float, error: float) -> None:
+    """Stops before a bad state is saved: the loss is that before each step, so the held-out error must hold too."""
+    if not (math.isfinite(loss) and error < DIVERGED):
+        raise FitError(
+            f"the fit diverged before step {step}: loss {loss:.4g}, held-out SMAPE {error:.4g}; "
+            f"the last good state is kept in {task.checkpoint}"
+        )
 
 
 def _strides(
@@ -226,11 +243,6 @@ def _strides(
             held, placed = index, prepared.advance.place_pool(_draw(task, index))
         count = min(STRIDE, steps - done, until - done)
         state, loss = prepared.advance.run(state, placed, jnp.int32(count), jnp.int32(steps))
-        if not np.isfinite(float(loss)):
-            raise FitError(
-                f"the loss became {float(loss)} between steps {done} and {done + count}; "
-                f"the last good state is kept in {task.checkpoint}"
-            )
         done += count
         yield state, float(loss)
 
