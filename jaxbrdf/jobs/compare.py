@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import jax
 
-from jaxbrdf.brdf.measured import load, symmetrised
+from jaxbrdf.brdf.measured import symmetrised
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.source import open_bundle, open_source
@@ -25,7 +24,7 @@ def compare(bundle: str, reference: str, *, against: str | None = None) -> dict[
     """
     fitted = bundles.material(open_bundle(bundle))
     truth = symmetrised(open_source(reference).material)
-    rivals = {"against": load(Path(against))} if against else {}
+    rivals = {"against": open_source(against).material} if against else {}
     errors = judge.brdf_errors({"bundle": fitted, **rivals}, jax.jit(partial(truth.brdf.eval, truth.params)))
     pictures = {name: judge.render_pair(m, truth) for name, m in {"bundle": fitted, **rivals}.items()}
     report: dict[str, Any] = {

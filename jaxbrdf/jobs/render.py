@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from jaxbrdf.data import exr, hdr, png
+from jaxbrdf.data import input as data_input
 from jaxbrdf.data.output import check_writable, write_atomically
 from jaxbrdf.errors import DataError, JaxbrdfError
 from jaxbrdf.jobs.source import open_source
@@ -63,9 +64,7 @@ def load_environment(name: str) -> Environment:
     if path.suffix not in readers:
         raise DataError(name, f"is not a light: an .hdr or .exr map, {STUDIO} or {SUN}")
     try:
-        return make_environment(readers[path.suffix](path.read_bytes(), path))
-    except OSError as error:
-        raise DataError(name, error.strerror or "cannot be read") from None
+        return make_environment(readers[path.suffix](data_input.read(path), path))
     except ValueError as error:
         raise DataError(name, str(error)) from None
 

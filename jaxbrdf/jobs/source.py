@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -45,7 +46,7 @@ def open_source(name: str) -> Source:
     if is_bundle(path):
         bundle = open_bundle(name)
         return Source(bundles.material(bundle), bundle_path(path), "", bundle)
-    if path.suffix == "" and not path.exists():
+    if path.suffix == "" and not os.path.exists(path):
         raise DataError(name, f"no such file, and not a built-in material ({', '.join(builtin.MATERIALS)})")
     content = data_input.read(path)
     return Source(measured.load(path), path, hashlib.sha256(content).hexdigest(), None)
@@ -53,12 +54,12 @@ def open_source(name: str) -> Source:
 
 def is_bundle(path: Path) -> bool:
     """Whether the path looks like a bundle, or like the folder that a fit left one in."""
-    return path.suffix == BUNDLE_SUFFIX or (path / BUNDLE_NAME).is_file()
+    return path.suffix == BUNDLE_SUFFIX or os.path.isfile(path / BUNDLE_NAME)
 
 
 def bundle_path(path: Path) -> Path:
     """The bundle's file, given itself or the folder that a fit wrote."""
-    return path / BUNDLE_NAME if path.is_dir() else path
+    return path / BUNDLE_NAME if os.path.isdir(path) else path
 
 
 def open_bundle(name: str) -> Bundle:
