@@ -14,6 +14,8 @@ from hypothesis import settings
 
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_enable_x64", False)
+# as the command line has it on two cores; it cannot be changed once JAX has been used
+jax.config.update("jax_num_cpu_devices", 2)
 
 # The same examples every time, and no deadline: the first example of a test compiles.
 settings.register_profile("jaxbrdf", deadline=None, derandomize=True, max_examples=40)
