@@ -62,8 +62,17 @@ def load(path: str | PathLike[str]) -> Material:
     Raises:
         DataError: the file cannot be read, or is of no known kind, or is not what it claims to be.
     """
+    return decode(data_input.read(path), path)
+
+
+def decode(content: bytes, path: str | PathLike[str]) -> Material:
+    """The material in a file's bytes, as `load` tells them apart.
+
+    Raises:
+        DataError: the bytes are of no known kind, or not what they claim to be.
+    """
     path = Path(path)
-    return _reader_of(content := data_input.read(path), path)(content, path, path.stem)
+    return _reader_of(content, path)(content, path, path.stem)
 
 
 def _reader_of(content: bytes, path: Path) -> Reader:
@@ -95,15 +104,15 @@ def symmetrised(material: Material) -> Material:
     return material._replace(brdf=Brdf(evaluate, sample, density))
 
 
-def clamped_share(material: Material, key: jax.Array | None = None, *, pairs: int = PAIRS) -> float:
+def clamped_share(material: Material, *, pairs: int = PAIRS, seed: int = 0) -> float:
     """Share of the values over cosine-distributed pairs that are exactly zero: clamped, or never measured above it."""
-    f = _values(material, _cosine_pairs(key, pairs))
+    f = _values(material, _cosine_pairs(seed, pairs))
     return float(jnp.mean(f == 0))
 
 
-def asymmetry(material: Material, key: jax.Array | None = None, *, pairs: int = PAIRS) -> float:
+def asymmetry(material: Material, *, pairs: int = PAIRS, seed: int = 0) -> float:
     """Mean of 2 |a - b| / (a + b), a = f(wi, wo) and b = f(wo, wi), over cosine-distributed pairs: from 0 to 2."""
-    query = _cosine_pairs(key, pairs)
+    query = _cosine_pairs(seed, pairs)
     a, b = _values(material, query), _values(material, _swapped(query))
     return float(jnp.mean(2.0 * safe_divide(jnp.abs(a - b), a + b)))
 
@@ -116,7 +125,7 @@ def _swapped(query: Query) -> Query:
     return query._replace(wi=query.wo, wo=query.wi)
 
 
-def _cosine_pairs(key: jax.Array | None, pairs: int) -> Query:
-    u = jax.random.uniform(jax.random.key(0) if key is None else key, (2, pairs, 2))
+def _cosine_pairs(seed: int, pairs: int) -> Query:
+    u = jax.random.uniform(jax.random.key(seed), (2, pairs, 2))
     wi, wo = square_to_cosine(u)
     return Query(wi, wo)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 from typing import Literal, NamedTuple
 
 import jax
@@ -42,8 +42,9 @@ def params(table: Merl) -> MerlParams:
     return MerlParams(jnp.asarray(cells, jnp.float32))
 
 
-def brdf(lookup: Lookup = "trilinear") -> Brdf:
-    """The pure functions for one kind of lookup; light is drawn by cosine.
+@cache
+def brdf(lookup: Lookup) -> Brdf:
+    """The pure functions for one kind of lookup, the same ones each time; light is drawn by cosine.
 
     Raises:
         ValueError: if there is no such lookup.

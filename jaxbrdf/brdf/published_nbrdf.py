@@ -17,7 +17,7 @@ from jaxbrdf.types import Material, Query
 
 def material(layers: tuple[Layer, ...], name: str) -> Material:
     """A file's layers as a material, drawn from by cosine."""
-    return Material(name, cosine_sampled(evaluate), jax.tree.map(jnp.asarray, layers), True)
+    return Material(name, BRDF, jax.tree.map(jnp.asarray, layers), True)
 
 
 def evaluate(layers: tuple[Layer, ...], query: Query) -> jax.Array:
@@ -34,3 +34,7 @@ def evaluate(layers: tuple[Layer, ...], query: Query) -> jax.Array:
 def _dense(layer: Layer, x: jax.Array) -> jax.Array:
     bias = jnp.expand_dims(layer.bias, tuple(range(x.ndim - 1)))
     return x @ layer.kernel + bias
+
+
+BRDF = cosine_sampled(evaluate)
+"""The pure functions of every published network."""

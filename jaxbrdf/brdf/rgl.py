@@ -12,7 +12,7 @@ The same warps, forwards, draw wi. The roles are those of Mitsuba's `measured` w
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 import jax
@@ -104,8 +104,9 @@ def _map(table: np.ndarray) -> jax.Array:
     return jnp.asarray((table[:1] if np.all(table == table[:1]) else table)[None, ..., None])
 
 
+@cache
 def brdf(config: Layout) -> Brdf:
-    """The pure functions for tables of this layout."""
+    """The pure functions for tables of this layout; the same ones each time, so that files share what is compiled."""
     return Brdf(eval=partial(evaluate, config), sample=partial(sample, config), pdf=partial(pdf, config))
 
 
@@ -225,5 +226,5 @@ def _point_to_normal(point: Point, viewer: Viewer) -> tuple[jax.Array, jax.Array
 
 
 def _solid_angle(point: Point, sine: jax.Array, cos_d: jax.Array) -> jax.Array:
-    """Solid angle of wi for a unit of the square: 2 pi^2 u_m sin(theta_m) 4 (wo . m)."""
-    return jnp.maximum(2.0 * jnp.pi**2 * point.x * sine, LEAST_JACOBIAN) * 4.0 * cos_d
+    """Solid angle of wi for a unit of the square: 2 pi^2 u_m sin(theta_m) 4 |wo . m|."""
+    return jnp.maximum(2.0 * jnp.pi**2 * point.x * sine, LEAST_JACOBIAN) * 4.0 * jnp.abs(cos_d)

@@ -35,7 +35,7 @@ class Bracket(NamedTuple):
 
 def material(table: Utia, name: str) -> Material:
     """A table as a material; light is drawn by cosine."""
-    return Material(name, cosine_sampled(evaluate), UtiaParams(jnp.asarray(table.rgb, jnp.float32)), False)
+    return Material(name, BRDF, UtiaParams(jnp.asarray(table.rgb, jnp.float32)), False)
 
 
 def evaluate(tables: UtiaParams, query: Query) -> jax.Array:
@@ -69,3 +69,7 @@ def _bracket(w: jax.Array) -> Bracket:
         for k, b in ((0, 1.0 - around), (1, around))
     ]
     return Bracket(tuple(i for i, _ in pairs), tuple(w for _, w in pairs))
+
+
+BRDF = cosine_sampled(evaluate)
+"""The pure functions of every UTIA material."""

@@ -21,7 +21,7 @@ THREADS = 0
 """Decode on the calling thread: the pictures here are small, and worker threads would outlive the call."""
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> np.ndarray:
+def read(content: bytes, path: str | PathLike[str]) -> np.ndarray:
     """The picture in the bytes of an `.exr` file, linear, float32, `(H, W, 3)`, the top row first.
 
     Channels R, G, B of the first part, or Y for grey; others are ignored.
@@ -62,10 +62,14 @@ def write(picture: np.ndarray) -> bytes:
 
 
 def _open(content: bytes, path: str | PathLike[str], *, header_only: bool) -> OpenEXR.File:
+    stream = io.BytesIO(content)
     try:
-        return OpenEXR.File(io.BytesIO(content), separate_channels=True, header_only=header_only, num_threads=THREADS)
+        file = OpenEXR.File(stream, separate_channels=True, header_only=header_only, num_threads=THREADS)
     except Exception as error:  # the library raises whatever its parser met
         raise DataError(path, f"cannot be decoded: {' '.join(str(error).split()) or type(error).__name__}") from None
+    if not file.parts:
+        raise DataError(path, "cannot be decoded: it holds no picture")
+    return file
 
 
 def _check_window(header: dict, size: int, path: str | PathLike[str]) -> None:

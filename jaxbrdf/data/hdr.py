@@ -18,7 +18,7 @@ NEW_RUNS = range(8, 32768)
 """Widths that a scanline of the new encoding may have."""
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> np.ndarray:
+def read(content: bytes, path: str | PathLike[str]) -> np.ndarray:
     """The picture in the bytes of an `.hdr` file, linear, float32, `(H, W, 3)`, the top row first.
 
     A mantissa m and an exponent e mean m 2^(e - 136); an EXPOSURE in the header is divided out.

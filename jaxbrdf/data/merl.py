@@ -36,7 +36,7 @@ class Merl(NamedTuple):
     valid: np.ndarray
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> Merl:
+def read(content: bytes, path: str | PathLike[str]) -> Merl:
     """The table in the bytes of a MERL `.binary` file.
 
     Raises:

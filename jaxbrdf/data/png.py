@@ -15,7 +15,7 @@ MODES = ("L", "LA", "P", "RGB", "RGBA")
 """Eight bits a channel; deeper ones would lose precision silently."""
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> np.ndarray:
+def read(content: bytes, path: str | PathLike[str]) -> np.ndarray:
     """The encoded colours in the bytes of a PNG file, `(H, W, 3)` uint8, the top row first; alpha is dropped.
 
     Raises:

@@ -23,7 +23,7 @@ class Layer(NamedTuple):
     bias: np.ndarray
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> tuple[Layer, ...]:
+def read(content: bytes, path: str | PathLike[str]) -> tuple[Layer, ...]:
     """The three dense layers in the bytes of an `.h5` file, from the input on, float32.
 
     Raises:

@@ -43,7 +43,7 @@ class Rgl(NamedTuple):
         return len(self.phi_i) <= 2
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> Rgl:
+def read(content: bytes, path: str | PathLike[str]) -> Rgl:
     """The material in the bytes of a `.bsdf` file, RGB or spectral (see `spectrum.to_rgb` for the latter).
 
     Raises:

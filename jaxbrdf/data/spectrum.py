@@ -17,7 +17,7 @@ VISIBLE = np.arange(360.0, 781.0)
 """Nanometres: where both the observer's and the illuminant's tables are given, at their finest spacing."""
 
 
-def to_rgb(wavelengths: np.ndarray, path: str | PathLike[str] = "<array>") -> np.ndarray:
+def to_rgb(wavelengths: np.ndarray, path: str | PathLike[str]) -> np.ndarray:
     """Weights `(N, 3)` that take reflectances at `wavelengths` (nanometres, increasing, `(N,)`) to linear Rec.709.
 
     The reflectance is taken as linear between its samples and constant outside them, lit by D65, seen by the CIE 1931

@@ -35,7 +35,7 @@ class Field(NamedTuple):
     shape: tuple[int, ...]
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> Mapping[str, np.ndarray]:
+def read(content: bytes, path: str | PathLike[str]) -> Mapping[str, np.ndarray]:
     """The arrays of a tensor file by name, as read-only views of `content`.
 
     Raises:
@@ -69,7 +69,7 @@ def _field(content: bytes, cursor: int, number: int, path) -> tuple[str, Field, 
     length, cursor = _unpack(content, cursor, "<H", path)
     raw, cursor = _unpack(content, cursor, f"<{length}s", path)
     rank, code, offset, cursor = _unpack(content, cursor, "<HBQ", path)
-    name = raw.decode("ascii", "backslashreplace")
+    name = raw.decode("latin-1").encode("unicode_escape").decode()
     if code not in DTYPES:
         raise DataError(path, f"field {number} ('{name}') has the unknown type code {code}")
     if rank > MAX_RANK:

@@ -33,7 +33,7 @@ class Utia(NamedTuple):
     rgb: np.ndarray
 
 
-def read(content: bytes, path: str | PathLike[str] = "<bytes>") -> Utia:
+def read(content: bytes, path: str | PathLike[str]) -> Utia:
     """The table in the bytes of a UTIA `.bin` file.
 
     Raises:
