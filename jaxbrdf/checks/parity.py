@@ -24,8 +24,8 @@ from jaxbrdf.types import Model, Params, Query
 RELATIVE, ABSOLUTE = 1e-4, 1e-6
 """What is allowed: |difference| <= RELATIVE f + ABSOLUTE."""
 
-LOG_DEVIATION = 2.3
-"""Standard deviation of ln f under `demanding_params`: f then spans 1e-3 to 1e3, its three-fold either way."""
+LARGEST = 1e3
+"""Over cosine-distributed pairs `demanding_params` give f from 1 / LARGEST to LARGEST."""
 
 COARSE = (6, 8)
 """Random texels along radius and azimuth, which are interpolated to a texture's size: fitted textures are smooth."""
@@ -56,7 +56,8 @@ def demanding_params(key: jax.Array, model: Model) -> Params:
     key_params, key_query = jax.random.split(key)
     params = random_params(int(jax.random.bits(key_params)), model)
     log_f = np.log(jax.jit(model.eval)(params, _cosine_pairs(key_query, 4096)))
-    return _with_outputs(params, LOG_DEVIATION / np.std(log_f, axis=0), np.mean(log_f, axis=0))
+    low, high = log_f.min(axis=0), log_f.max(axis=0)
+    return _with_outputs(params, 2.0 * np.log(np.float32(LARGEST)) / (high - low), 0.5 * (low + high))
 
 
 def random_params(seed: int, model: Model) -> Params:
@@ -74,10 +75,10 @@ def _random(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
     return np.asarray(zoom(coarse, np.divide(shape, coarse.shape), order=3, mode="nearest"), np.float32)
 
 
-def _with_outputs(params: Params, scale: np.ndarray, mean: np.ndarray) -> Params:
-    """The parameters whose ln f is scale (ln f - mean), by channel."""
+def _with_outputs(params: Params, scale: np.ndarray, middle: np.ndarray) -> Params:
+    """The parameters whose ln f is scale (ln f - middle), by channel."""
     mlp = params if isinstance(params, Mlp) else params.mlp
-    weight, bias = mlp.weights[-1] * scale[None], (mlp.biases[-1] - mean) * scale
+    weight, bias = mlp.weights[-1] * scale[None], (mlp.biases[-1] - middle) * scale
     changed = Mlp((*mlp.weights[:-1], weight), (*mlp.biases[:-1], bias))
     return changed if isinstance(params, Mlp) else params._replace(mlp=changed)
 
@@ -118,10 +119,14 @@ def _unit(w: jax.Array) -> jax.Array:
     return w / jnp.linalg.norm(w, axis=-1, keepdims=True)
 
 
-def opencl_parity(bundle: Bundle, device: cl.Device, query: Query) -> Parity:
-    """The largest difference between OpenCL on `device` and JAX, over a query of shape `(n, 3)`."""
+def jax_values(bundle: Bundle, query: Query) -> np.ndarray:
+    """What is right: f as jitted JAX gives it, of the query's shape."""
     reference = jax_material(bundle)
-    expected = np.asarray(jax.jit(reference.brdf.eval)(reference.params, query))
+    return np.asarray(jax.jit(reference.brdf.eval)(reference.params, query))
+
+
+def opencl_parity(bundle: Bundle, device: cl.Device, query: Query, expected: np.ndarray) -> Parity:
+    """The largest difference between OpenCL on `device` and `jax_values`, over a query of shape `(n, 3)`."""
     context, queue = context_of(device)
     wi, wo = np.asarray(query.wi), np.asarray(query.wo)
     found = material.evaluate(material.load(bundle, context), queue, wi, wo)

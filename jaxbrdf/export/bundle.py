@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from os import PathLike
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import jax
@@ -17,6 +16,7 @@ import safetensors
 import safetensors.numpy
 
 from jaxbrdf.core.tree import named_leaves, with_leaves
+from jaxbrdf.data import input as data_input
 from jaxbrdf.data.output import write_atomically
 from jaxbrdf.errors import DataError
 from jaxbrdf.export.manifest import Manifest, build_model, from_json, to_json
@@ -80,11 +80,7 @@ def load(path: str | PathLike[str]) -> Bundle:
     Raises:
         DataError: if it cannot be read or is not a sound bundle.
     """
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise DataError(path, error.strerror or "cannot be read") from None
-    return from_bytes(content, path)
+    return from_bytes(data_input.read(path), path)
 
 
 def material(bundle: Bundle) -> Material:

@@ -40,7 +40,8 @@ def load(bundle: Bundle, context: cl.Context) -> DeviceMaterial:
         OpenCLError: if the device's compiler or memory refuses.
     """
     parts = arguments(bundle)
-    program = build(context, model_source(bundle.manifest.model), _constants(bundle, parts, context))
+    room = min(device.max_constant_buffer_size for device in context.devices)
+    program = build(context, model_source(bundle.manifest.model), _constants(bundle, parts, room))
     flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
     try:
         buffers = tuple(cl.Buffer(context, flags, hostbuf=part.values) for part in parts)
@@ -84,9 +85,9 @@ def _run(material: DeviceMaterial, queue: cl.CommandQueue, wi: np.ndarray, wo: n
     cl.enqueue_copy(queue, f, f_buffer, is_blocking=True)
 
 
-def _constants(bundle: Bundle, parts: list[Argument], context: cl.Context) -> dict[str, str]:
+def _constants(bundle: Bundle, parts: list[Argument], room: int) -> dict[str, str]:
+    """Macros of a device with `room` bytes of constant memory."""
     sizes = {name: value for part in parts for name, value in part.constants.items()}
     weights = sum(part.values.nbytes for part in parts if part.is_weight)
-    room = min(device.max_constant_buffer_size for device in context.devices)
     variants = {"ISOTROPIC": bundle.manifest.isotropic, "WEIGHTS_OUTGROW_CONSTANT_MEMORY": weights > room}
     return sizes | {name: "" for name, holds in variants.items() if holds}

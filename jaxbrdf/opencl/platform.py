@@ -23,7 +23,7 @@ class Worth(NamedTuple):
 
 
 def devices() -> list[cl.Device]:
-    """Every device of every platform, the best first: GPUs, a vendor's runtime for the processor, PoCL, newest first.
+    """Every device there is, the best first: GPUs before processors, a vendor's driver before PoCL, new before old.
 
     Raises:
         OpenCLError: if there is none.
@@ -79,7 +79,7 @@ def worth(device: cl.Device) -> Worth:
     pocl = re.search(r"PoCL (\d+)\.(\d+)", device.platform.version, re.IGNORECASE)
     is_gpu = bool(device.type & cl.device_type.GPU)
     version = tuple(map(int, pocl.groups())) if pocl else ()
-    return Worth(is_gpu, not is_gpu and not pocl, version)
+    return Worth(is_gpu, not pocl, version)
 
 
 def _platforms() -> list[cl.Platform]:

@@ -20,7 +20,7 @@ VARIANTS: dict[str, tuple[str, Any]] = {
     for model, entry in MODELS.items()
     for isotropic in (True, False)
 }
-VARIANTS["gated horizon"] = ("gated", dataclasses.replace(GatedConfig(), horizon=True))
+VARIANTS["gated horizon"] = ("gated", dataclasses.replace(with_isotropy(GatedConfig(), False), horizon=True))
 VARIANTS["gated three warps"] = ("gated", GatedConfig(h_exponents=(0.6, 1.0, 2.0), d_exponents=(1.5,)))
 VARIANTS["tripleplane odd sizes"] = (
     "tripleplane",

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+from functools import cache
+
+import jax
+import numpy as np
+import pytest
+
+from jaxbrdf.checks.finite import hard_queries
+from jaxbrdf.checks.parity import demanding_queries, jax_values, opencl_parity, random_params
+from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
+from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
+from jaxbrdf.opencl import material
+from jaxbrdf.types import Query
+from tests.export.bundles import VARIANTS, bundle_of, demanding_bundle
+from tests.opencl.conftest import Device
+
+
+@cache
+def stored(variant: str) -> Bundle:
+    return from_bytes(to_bytes(demanding_bundle(variant)), variant)
+
+
+@cache
+def queries() -> Query:
+    return demanding_queries(jax.random.key(1), count=4096)
+
+
+def few_queries() -> Query:
+    return Query(queries().wi[::64], queries().wo[::64])
+
+
+@cache
+def expected(variant: str) -> np.ndarray:
+    return jax_values(stored(variant), queries())
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_opencl_gives_what_jax_gives(opencl: Device, variant: str):
+    worst = opencl_parity(stored(variant), opencl.device, queries(), expected(variant))
+    assert worst.violation <= 1.0, worst
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_the_parameters_are_demanding(variant: str):
+    f = expected(variant)
+    assert f[f > 0].min() < 2e-3
+    assert f.max() > 5e2
+
+
+def test_half_precision_is_what_the_file_says(opencl: Device):
+    bundle = from_bytes(to_bytes(stored("tripleplane odd sizes"), precision="float16"), "half")
+    rounded = expected_of_half()
+    assert opencl_parity(bundle, opencl.device, queries(), rounded).violation <= 1.0
+    assert not np.allclose(rounded, expected("tripleplane odd sizes"), rtol=1e-4)
+
+
+@cache
+def expected_of_half() -> np.ndarray:
+    return jax_values(from_bytes(to_bytes(stored("tripleplane odd sizes"), precision="float16"), "half"), queries())
+
+
+def test_weights_that_outgrow_constant_memory_are_read_elsewhere(opencl: Device):
+    config = NbrdfConfig(hidden=(400, 400))
+    bundle = bundle_of("nbrdf", config, random_params(1, nbrdf(config)))
+    assert opencl.device.max_constant_buffer_size < sum(leaf.nbytes for leaf in bundle.params.weights)
+    assert opencl_parity(bundle, opencl.device, few_queries(), jax_values(bundle, few_queries())).violation <= 1.0
+
+
+@pytest.mark.parametrize("variant", ["gated isotropic", "naive-mlp general"])
+def test_nothing_is_reflected_below_the_horizon(opencl: Device, variant: str):
+    query = hard_queries()
+    wi, wo = np.asarray(query.wi), np.asarray(query.wo)
+    f = material.evaluate(material.load(stored(variant), opencl.context), opencl.queue, wi, wo)
+    lit = (wi[:, 2] > 1e-37) & (wo[:, 2] > 1e-37)
+    assert (f[~lit] == 0).all()
+    assert (f[lit] > 0).all()
+    assert np.isfinite(f).all()
