@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import jax
@@ -35,11 +36,11 @@ def draw_pool(
         truth: `query -> f`, `(n, 3)`.
         encode: a model's.
     """
-    chunk = jax.jit(lambda key: _encoded(key, draw, truth, encode))
     kept: list[Batch] = []
     drawn = found = 0
     while found < count:
-        batch = jax.tree.map(np.asarray, chunk(jax.random.fold_in(key, drawn)))
+        chunk = _encoded(jax.random.fold_in(key, drawn), CHUNK, draw, truth, encode)
+        batch = jax.tree.map(np.asarray, chunk)
         lit = batch.importance > 0
         kept.append(jax.tree.map(lambda leaf, lit=lit: leaf[..., lit], batch))
         drawn, found = drawn + 1, found + int(lit.sum())
@@ -48,10 +49,12 @@ def draw_pool(
     return pool._replace(importance=pool.importance * share)
 
 
-def _encoded(key: jax.Array, draw: DrawWeighted, truth: Callable, encode: Callable) -> Batch:
+# compiled once for all pools of a fit, which has at least two
+@partial(jax.jit, static_argnums=(1, 2, 3, 4))
+def _encoded(key: jax.Array, count: int, draw: DrawWeighted, truth: Callable, encode: Callable) -> Batch:
     """One chunk of draws in random order: neighbours in a pool become batches."""
     key_draw, key_order = jax.random.split(key)
-    query, importance = draw(key_draw, CHUNK)
-    order = jax.random.permutation(key_order, CHUNK)
+    query, importance = draw(key_draw, count)
+    order = jax.random.permutation(key_order, count)
     query = Query(query.wi[order], query.wo[order])
     return Batch(encode(query), jnp.moveaxis(truth(query), -1, 0), importance[order])
