@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 
 from jaxbrdf.brdf import merl, published_nbrdf, rgl, utia
-from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.core.directions import cos_theta
 from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.data import input as data_input
@@ -85,16 +84,15 @@ def _reader_of(content: bytes, path: Path) -> Reader:
 
 
 def symmetrised(material: Material) -> Material:
-    """The reciprocal part of a material, (f(wi, wo) + f(wo, wi)) / 2; light is drawn as the material draws it.
-
-    Raises:
-        ValueError: the material cannot be sampled.
-    """
+    """The reciprocal part of a material, (f(wi, wo) + f(wo, wi)) / 2; light is drawn as before, if at all."""
     base = material.brdf
-    draw, density = sampler_of(base)
 
     def evaluate(params, query: Query) -> jax.Array:
         return 0.5 * (base.eval(params, query) + base.eval(params, _swapped(query)))
+
+    if base.sample is None or base.pdf is None:
+        return material._replace(brdf=Brdf(evaluate))
+    draw, density = base.sample, base.pdf
 
     def sample(params, query: Query, u: jax.Array) -> Sample:
         wi, pdf, _ = draw(params, query, u)

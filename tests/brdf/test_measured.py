@@ -11,7 +11,7 @@ from jaxbrdf.brdf import measured
 from jaxbrdf.brdf.cosine_sampler import cosine_sampled
 from jaxbrdf.data import merl, utia
 from jaxbrdf.errors import DataError
-from jaxbrdf.types import Material, Query
+from jaxbrdf.types import Brdf, Material, Query
 from tests.writers import rgl as writer
 
 UP = jnp.array([[0.0, 0.0, 1.0]])
@@ -65,23 +65,29 @@ def test_published_network_from_its_archive(data_dir: Path) -> None:
     assert (material.name, material.isotropic) == ("alum-bronze", True)
 
 
-def test_symmetrised_is_the_mean_of_both_orders_and_keeps_the_sampler(data_dir: Path) -> None:
-    material = measured.load(data_dir / "rgl" / "cc_iris_purple_gem_rgb.bsdf")
+def test_symmetrised_is_the_mean_of_both_orders_and_keeps_the_sampler() -> None:
+    material = Material("lopsided", cosine_sampled(lopsided), jnp.array(0.25), False)
     even = measured.symmetrised(material)
-    wi, wo = (
-        jnp.array([[0.6, 0.0, 0.8], [0.1, 0.2, 0.97467943]]),
-        jnp.array([[0.0, -0.28, 0.96], [-0.5, 0.1, 0.8602325]]),
-    )
-    evaluate = jax.jit(material.brdf.eval)
-    both = evaluate(material.params, Query(wi, wo)), evaluate(material.params, Query(wo, wi))
-    assert np.all(np.max(np.abs(both[0] - both[1]), axis=-1) > 1e-3)
-    value = jax.jit(even.brdf.eval)(even.params, Query(wi, wo))
-    np.testing.assert_allclose(value, 0.5 * (both[0] + both[1]), rtol=1e-6)
-    u = jnp.array([[0.1, 0.4, 0.7], [0.9, 0.2, 0.3]])
-    drawn, before = (jax.jit(m.brdf.sample)(m.params, Query(wo, wo), u) for m in (even, material))
-    np.testing.assert_allclose(drawn.wi, before.wi, rtol=1e-6)
-    expected = jax.jit(even.brdf.eval)(even.params, Query(drawn.wi, wo)) * drawn.wi[:, 2:] / drawn.pdf[:, None]
-    np.testing.assert_allclose(drawn.weight, expected, rtol=1e-4)
+    dark, lit, lower = jnp.array([[0.6, 0.0, 0.8]]), jnp.array([[-0.28, 0.0, 0.96]]), jnp.array([[-0.8, 0.0, 0.6]])
+    np.testing.assert_allclose(even.brdf.eval(even.params, Query(lit, lower)), 1.0)
+    np.testing.assert_allclose(even.brdf.eval(even.params, Query(lit, dark)), 0.5 * 1.25)
+    np.testing.assert_allclose(even.brdf.eval(even.params, Query(dark, lit)), 0.5 * 1.25)
+    u = jax.random.uniform(jax.random.key(0), (8, 3))
+    viewer = jnp.broadcast_to(lit, (8, 3))
+    drawn, before = (m.brdf.sample(m.params, Query(viewer, viewer), u) for m in (even, material))
+    np.testing.assert_array_equal(drawn.wi, before.wi)
+    np.testing.assert_array_equal(drawn.pdf, before.pdf)
+    expected = even.brdf.eval(even.params, Query(drawn.wi, viewer)) * drawn.wi[:, 2:] / drawn.pdf[:, None]
+    np.testing.assert_allclose(drawn.weight, expected, rtol=1e-5)
+
+
+def test_symmetrised_material_without_a_sampler_has_none() -> None:
+    bare = Material("bare", Brdf(lopsided), jnp.array(0.25), False)
+    even = measured.symmetrised(bare).brdf
+    assert even.sample is None
+    assert even.pdf is None
+    high, low = jnp.array([[-0.28, 0.0, 0.96]]), jnp.array([[-0.8, 0.0, 0.6]])
+    np.testing.assert_allclose(even.eval(bare.params, Query(high, low)), 1.0)
 
 
 def test_shares_of_a_material_whose_shares_are_known() -> None:
