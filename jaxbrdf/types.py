@@ -78,8 +78,8 @@ class Material(NamedTuple):
 class Model(NamedTuple):
     """A learned reflectance as pure functions.
 
-    `eval` is `decode(params, encode(query))`, exponentiated and cut at the horizon. `encode` knows no parameters, so a fit computes
-    it once for each draw.
+    `eval` is `decode(params, encode(query))`, exponentiated and cut at the horizon. `encode` knows no parameters, so a
+    fit computes it once for each draw.
 
     Attributes:
         init: `key -> params`.

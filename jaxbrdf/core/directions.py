@@ -23,8 +23,8 @@ def cos_theta(w: jax.Array) -> jax.Array:
 
 
 def dot(a: jax.Array, b: jax.Array) -> jax.Array:
-    """Inner product over the last axis, `(...)`."""
-    return jnp.sum(a * b, axis=-1)
+    """Inner product over the last axis, `(...)`, spelled out: a reduction over three numbers is ten times slower."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
 def spherical(theta: jax.Array, phi: jax.Array) -> jax.Array:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import jax
 import jax.numpy as jnp
 
 
 def tiny(x: jax.Array) -> jax.Array:
-    """The smallest number of x's dtype whose reciprocal and square root are normal numbers too: 4 times the least normal.
+    """4 times the least normal number of x's dtype: its reciprocal and its square root are normal numbers too.
 
     float32: 4.7e-38, reciprocal 2.1e37. Below it a division overflows or the processor flushes to zero.
     """
@@ -28,14 +30,19 @@ def safe_divide(a: jax.Array, b: jax.Array) -> jax.Array:
 
 def safe_norm(v: jax.Array) -> jax.Array:
     """Euclidean length over the last axis, with gradient zero at the zero vector."""
-    return safe_sqrt(jnp.sum(v * v, axis=-1))
+    return safe_sqrt(sum_of_squares(v))
 
 
-def safe_normalize(v: jax.Array, otherwise: tuple[float, ...] = (0.0, 0.0, 1.0)) -> jax.Array:
-    """v / |v| over the last axis, and `otherwise` for vectors too short to have a direction."""
+def sum_of_squares(v: jax.Array) -> jax.Array:
+    """|v|^2 over the last axis, spelled out: a reduction over two or three numbers is ten times slower."""
+    return reduce(jnp.add, (v[..., i] * v[..., i] for i in range(v.shape[-1])))
+
+
+def safe_normalize(v: jax.Array) -> jax.Array:
+    """v / |v|, `(..., 3)`; the normal (0, 0, 1) for vectors too short to have a direction."""
     length = safe_norm(v)[..., None]
     usable = length > 0
-    return jnp.where(usable, v / jnp.where(usable, length, 1.0), jnp.asarray(otherwise, v.dtype))
+    return jnp.where(usable, v / jnp.where(usable, length, 1.0), jnp.asarray((0.0, 0.0, 1.0), v.dtype))
 
 
 def safe_atan2(y: jax.Array, x: jax.Array) -> jax.Array:

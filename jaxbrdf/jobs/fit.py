@@ -53,7 +53,7 @@ def fit(config: FitConfig, reporter: Reporter) -> FitResult:
     paths = output_paths(config.output)
     prepare_output(paths)
     truth = symmetrised(source.material)
-    sizes = model_config(config.model, isotropic=truth.isotropic, paper_sizes=config.paper_sizes)
+    sizes = model_config(config.model, isotropic=truth.isotropic, hidden=None if config.paper_sizes else preset.hidden)
     compiled = jax.jit(partial(truth.brdf.eval, truth.params))
     record = {"input": source.sha256 or source.material.name, "model": repr(sizes), "preset": config.preset}
     task = Task(

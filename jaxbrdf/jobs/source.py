@@ -49,7 +49,7 @@ def open_source(name: str) -> Source:
     if path.suffix == "" and not os.path.exists(path):
         raise DataError(name, f"no such file, and not a built-in material ({', '.join(builtin.MATERIALS)})")
     content = data_input.read(path)
-    return Source(measured.load(path), path, hashlib.sha256(content).hexdigest(), None)
+    return Source(measured.decode(content, path), path, hashlib.sha256(content).hexdigest(), None)
 
 
 def is_bundle(path: Path) -> bool:
