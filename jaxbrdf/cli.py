@@ -165,7 +165,8 @@ def _count(value: str) -> int:
 
 
 def _integer(value: str, least: int, most: int) -> int:
-    if not (value.isascii() and value.isdigit() and least <= int(value) <= most):
+    # digits first: int() refuses more than a few thousand of them
+    if not (value.isascii() and value.isdigit() and len(value) < 20 and least <= int(value) <= most):
         raise argparse.ArgumentTypeError(f"{value!r} is not a whole number from {least} to {most}")
     return int(value)
 
