@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -13,18 +14,13 @@ from jaxbrdf.jobs.fit_config import FitConfig
 from tests.jobs.tiny import TINY, Listener
 
 
-@pytest.fixture
-def tiny_preset(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`--preset tiny`."""
-    monkeypatch.setitem(PRESETS, "tiny", lambda: TINY)
-
-
 @pytest.fixture(scope="session")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> FitResult:
     """Gold by the gated model in a second: a folder with bundle, report and picture, and the report."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(PRESETS, "tiny", lambda: TINY)
         patch.setattr(judge, "TIMED_QUERIES", 2**10)
+        patch.setattr(judge, "render_pair", partial(judge.render_pair, size=32, samples=4))
         return fit(FitConfig("gold", str(tmp_path_factory.mktemp("gold")), preset="tiny"), Listener())
 
 

@@ -1,0 +1,149 @@
+"""What a fit writes once it is trained. The training itself is put in by hand: tests/jobs/test_training.py has it."""
+
+from __future__ import annotations
+
+import errno
+import json
+import shutil
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+
+from jaxbrdf.brdf import builtin
+from jaxbrdf.checks.parity import random_params
+from jaxbrdf.data import output, png
+from jaxbrdf.errors import DataError, FitError, OpenCLError
+from jaxbrdf.export import bundle as bundles
+from jaxbrdf.jobs import fit as fit_job
+from jaxbrdf.jobs import judge
+from jaxbrdf.jobs.fit import fit
+from jaxbrdf.jobs.fit_config import FitConfig, output_paths
+from jaxbrdf.jobs.training import Task, Trained
+from jaxbrdf.opencl import platform
+from tests.jobs.tiny import Listener
+
+PICTURES = judge.Pictures(*np.random.default_rng(0).uniform(0.1, 1.0, (2, 16, 16, 3)))
+COST = {"fit_seconds": 1.5, "compile_seconds": 0.5}
+
+
+@pytest.fixture
+def trained(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Makes trainings end at once; what they end in is scaled by `scale`. Judgements are quick."""
+    wanted = {"scale": 1.0}
+
+    def train(task: Task, *_: Any) -> Trained:
+        task.checkpoint.write_bytes(b"the state")
+        params = random_params(0, task.model)
+        return Trained(jax.tree.map(lambda leaf: leaf * np.float32(wanted["scale"]), params), 7, COST)
+
+    monkeypatch.setattr(fit_job, "train", train)
+    monkeypatch.setattr(judge, "compare_many", partial(judge.compare_many, pairs=2**16))
+    monkeypatch.setattr(judge, "render_pair", lambda *_: PICTURES)
+    monkeypatch.setattr(judge, "evaluation_cost", lambda _: {"jax_ns_per_evaluation": 100.0})
+    return wanted
+
+
+def config(folder: Path, **changes: Any) -> FitConfig:
+    return FitConfig("gold", str(folder / "fit"), **changes)
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(path.name for path in (folder / "fit").iterdir())
+
+
+def test_it_leaves_a_bundle_a_report_and_a_picture(tmp_path: Path, trained: dict[str, Any]):
+    del trained
+    result = fit(config(tmp_path, seed=5), Listener())
+    assert files(tmp_path) == ["bundle.png", "bundle.report.json", "bundle.safetensors"]
+    manifest = bundles.load(result.paths.bundle).manifest
+    report = json.loads(result.paths.report.read_text())
+    assert report == result.report
+    assert (manifest.name, manifest.model, manifest.isotropic) == ("gold", "gated", True)
+    assert (manifest.provenance.input, manifest.provenance.seed, manifest.provenance.steps) == ("gold", 5, 7)
+    assert manifest.errors == report["errors"]
+    assert manifest.cost == report["cost"] == COST | {"jax_ns_per_evaluation": 100.0}
+    assert png.read(result.paths.picture.read_bytes(), result.paths.picture).std() > 0
+
+
+def test_a_bundles_name_gives_the_names_of_the_rest(tmp_path: Path, trained: dict[str, Any]):
+    del trained
+    fit(FitConfig("gold", str(tmp_path / "fit" / "satin.safetensors")), Listener())
+    assert files(tmp_path) == ["satin.png", "satin.report.json", "satin.safetensors"]
+
+
+def test_errors_are_those_of_the_rounded_parameters(tmp_path: Path, trained: dict[str, Any]):
+    del trained
+    result = fit(config(tmp_path, precision="float16"), Listener())
+    stored = bundles.material(bundles.load(result.paths.bundle))
+    gold = builtin.MATERIALS["gold"]()
+    truth = jax.jit(partial(gold.brdf.eval, gold.params))
+    found = judge.plain_errors(judge.brdf_errors({"": stored}, truth)[""])
+    assert {name: result.report["errors"][name] for name in found} == pytest.approx(found, rel=1e-5)
+    single = fit(config(tmp_path), Listener()).report["errors"]
+    assert abs(single["mae"] - found["mae"]) > 1e-4 * found["mae"]
+
+
+@pytest.mark.parametrize(
+    ("scale", "precision", "fault"),
+    [(1e5, "float16", "store it in float32"), (np.nan, "float32", "is not finite"), (30.0, "float32", "the fit's ")],
+)
+def test_a_fit_that_cannot_be_stored_keeps_its_checkpoint(
+    tmp_path: Path, trained: dict[str, Any], scale: float, precision: Any, fault: str
+):
+    trained["scale"] = scale
+    with pytest.raises(FitError, match=fault) as raised:
+        fit(config(tmp_path, precision=precision), Listener())
+    checkpoint = output_paths(str(tmp_path / "fit")).checkpoint
+    assert str(raised.value).endswith(f"the checkpoint is kept in {checkpoint}")
+    assert files(tmp_path) == ["bundle.checkpoint"]
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_a_disk_that_fills_leaves_whole_files_and_the_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trained: dict[str, Any], number: int
+):
+    """With the bundle, the report or the picture."""
+    del trained
+    whole = ["bundle.safetensors", "bundle.report.json", "bundle.png"]
+    written = []
+
+    def write_new(path: Path, content: bytes) -> None:
+        path.write_bytes(content[: len(content) // 2 if len(written) == number else None])
+        if content and len(written) == number:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written.extend([path] if content else [])
+
+    monkeypatch.setattr(output, "_write_new", write_new)
+    with pytest.raises(DataError, match="no space is left on the disk") as raised:
+        fit(config(tmp_path), Listener())
+    assert raised.value.path == str(tmp_path / "fit" / whole[number])
+    assert files(tmp_path) == sorted(["bundle.checkpoint", *whole[:number]])
+
+
+def test_a_fit_without_opencl_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trained: dict[str, Any]):
+    del trained
+    monkeypatch.setattr(platform, "_platforms", list)
+    assert "no OpenCL device found" in fit(config(tmp_path), Listener()).report["opencl_device"]
+
+
+def test_a_device_that_fails_costs_no_more_than_its_time(monkeypatch: pytest.MonkeyPatch, bundle: Path):
+    def fail(*_: Any) -> None:
+        raise OpenCLError("out of memory")
+
+    monkeypatch.setattr(judge, "TIMED_QUERIES", 2**10)
+    monkeypatch.setattr(judge.device_material, "evaluate", fail)
+    assert list(judge.evaluation_cost(bundles.load(bundle))) == ["jax_ns_per_evaluation"]
+
+
+def test_a_real_fit_reaches_gold(fitted: fit_job.FitResult, tmp_path: Path):
+    """Training and judgement together."""
+    errors, cost = fitted.report["errors"], fitted.report["cost"]
+    assert errors["smape"] < 0.05
+    assert errors["mae_standard_error"] < errors["mae"]
+    assert min(cost.values()) > 0
+    copy = shutil.copy(fitted.paths.bundle, tmp_path / "moved.safetensors")
+    assert bundles.load(copy).manifest.errors == errors

@@ -1,0 +1,30 @@
+"""The command line with a preset `tiny` of a few seconds and with no judgement: a process for tests to kill.
+
+Usage: python tests/jobs/tiny_command.py ARGUMENTS
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from jaxbrdf import cli
+from jaxbrdf.fit import pool
+from jaxbrdf.fit.presets import PRESETS
+from jaxbrdf.jobs import judge, training
+from tests.jobs.tiny import TINY
+
+PICTURE = np.random.default_rng(0).uniform(0.1, 1.0, (16, 16, 3))
+
+if __name__ == "__main__":
+    PRESETS["tiny"] = lambda: dataclasses.replace(TINY, steps=4000)
+    pool.CHUNK = 2**15
+    training.SECONDS_BETWEEN_CHECKPOINTS = 0.1
+    judge.render_pair = lambda *_: judge.Pictures(PICTURE, PICTURE)
+    judge.evaluation_cost = lambda _: {}
+    sys.exit(cli.main(sys.argv[1:]))
