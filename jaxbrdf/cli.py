@@ -9,11 +9,11 @@ import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
+from importlib.metadata import version
 from typing import Any, NoReturn
 
 import jax
 
-import jaxbrdf
 from jaxbrdf.data.os_fault import os_fault
 from jaxbrdf.errors import DataError, JaxbrdfError
 from jaxbrdf.fit.presets import PRESETS
@@ -32,6 +32,7 @@ EXIT_MISTAKE = 2
 EXIT_INTERRUPTED = 130
 MOST_DEVICES = 8
 
+DESCRIPTION = "Small neural and analytic reflectance, fitted with JAX and evaluated with OpenCL."
 INPUT_HELP = "a measured file (.bsdf, .binary, .bin, .h5), or gold, brushed-aluminium, glazed-ceramic"
 BUNDLE_HELP = "a .safetensors bundle, or the folder that a fit wrote"
 
@@ -43,8 +44,17 @@ class Parser(argparse.ArgumentParser):
         self.exit(EXIT_MISTAKE, f"{self.prog}: {one_line(message)}\n")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code."""
+def main() -> int:
+    """Runs the command that the process was started with and returns its exit code."""
+    return run(sys.argv[1:])
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Runs one command and returns its exit code.
+
+    Raises:
+        SystemExit: of a mistake in the arguments, or after --help and --version.
+    """
     options = parser().parse_args(arguments)
     use_every_core()
     try:
@@ -93,8 +103,8 @@ def use_every_core() -> None:
 
 def parser() -> argparse.ArgumentParser:
     """The commands and their options."""
-    top = Parser(prog="jaxbrdf", description=jaxbrdf.__doc__)
-    top.add_argument("--version", action="version", version=jaxbrdf.__version__)
+    top = Parser(prog="jaxbrdf", description=DESCRIPTION)
+    top.add_argument("--version", action="version", version=version("jaxbrdf"))
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     _add_fit(commands)
     _add_eval(commands)

@@ -13,16 +13,16 @@ def fit_report(result: dict[str, Any]) -> str:
     lines = [f"{title:9s} {errors[name]:.5f} +- {errors[f'{name}_standard_error']:.5f}" for name, title in ERRORS]
     lines.append(f"FLIP      {errors['image_flip']:.4f}   SSIM {errors['image_ssim']:.4f}   (sphere in the studio)")
     lines.append(f"fitting   {cost['fit_seconds']:.1f} s, compilation {cost['compile_seconds']:.1f} s")
-    lines.append(f"JAX       {_rate(cost, 'jax')} on this processor")
-    lines.append(f"OpenCL    {_rate(cost, 'opencl')} on {result['opencl_device']}")
+    lines.append(f"JAX       {_rate(cost['jax_ns_per_evaluation'])} on this processor")
+    nanoseconds, device = cost.get("opencl_ns_per_evaluation"), result["opencl_device"]
+    lines.append(f"OpenCL    {_rate(nanoseconds)} on {device}" if nanoseconds else f"OpenCL    {device}")
     return "\n".join(
         [*lines, f"bundle    {files['bundle']}", f"report    {files['report']}", f"picture   {files['picture']}"]
     )
 
 
-def _rate(cost: dict[str, float], name: str) -> str:
-    nanoseconds = cost.get(f"{name}_ns_per_evaluation")
-    return f"{nanoseconds:.1f} ns an evaluation" if nanoseconds else "no evaluation"
+def _rate(nanoseconds: float) -> str:
+    return f"{nanoseconds:.1f} ns an evaluation"
 
 
 def comparison(report: dict[str, Any]) -> str:
@@ -43,12 +43,12 @@ def written(result: dict[str, Any]) -> str:
     return str(result["output"])
 
 
-def fields(result: dict[str, Any], indent: str = "") -> str:
+def fields(result: dict[str, Any], *, indent: str = "") -> str:
     """Nested fields, one a line."""
     lines = []
     for name, value in result.items():
         if isinstance(value, dict):
-            lines += [f"{indent}{name}", fields(value, indent + "  ")]
+            lines += [f"{indent}{name}", fields(value, indent=indent + "  ")]
         else:
             lines.append(f"{indent}{name:16s} {value}")
     return "\n".join(lines)
