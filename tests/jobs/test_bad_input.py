@@ -48,7 +48,7 @@ def mistake(here: Path, capsys: pytest.CaptureFixture[str]) -> Tell:
     def run(*arguments: object) -> str:
         before = contents(here)
         try:
-            code = cli.main([str(argument) for argument in arguments])
+            code = cli.run([str(argument) for argument in arguments])
         except SystemExit as exit_:
             code = exit_.code
         out, line = capsys.readouterr()

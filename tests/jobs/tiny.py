@@ -10,7 +10,7 @@ from typing import Any
 
 from jaxbrdf import cli
 from jaxbrdf.fit.loop import LoopConfig
-from jaxbrdf.fit.presets import PRESETS, Preset
+from jaxbrdf.fit.presets import PRESETS
 
 TINY = dataclasses.replace(
     PRESETS["quick"](), name="tiny", steps=600, pool=2**14, loop=LoopConfig(batch=512, microbatch=128, ema=0.02)
@@ -47,10 +47,5 @@ class Listener:
 
 def run_json(capsys: Any, *arguments: object) -> dict[str, Any]:
     """What a command that succeeds prints for machines: one JSON object and nothing else."""
-    assert cli.main([*map(str, arguments), "--json"]) == 0
+    assert cli.run([*map(str, arguments), "--json"]) == 0
     return json.loads(capsys.readouterr().out)
-
-
-def preset_table(preset: Preset = TINY) -> dict[str, Any]:
-    """The presets with `tiny` among them."""
-    return {**PRESETS, preset.name: lambda: preset}

@@ -27,4 +27,4 @@ if __name__ == "__main__":
     training.SECONDS_BETWEEN_CHECKPOINTS = 0.1
     judge.render_pair = lambda *_: judge.Pictures(PICTURE, PICTURE)
     judge.evaluation_cost = lambda _: {}
-    sys.exit(cli.main(sys.argv[1:]))
+    sys.exit(cli.main())
