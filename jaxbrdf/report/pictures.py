@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import io
-from typing import Any
-
-import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from jaxbrdf.metrics.image import auto_exposure, tonemap
+from jaxbrdf.report.figure import to_png
 
 DIFFERENCE_GAIN = 5.0
 
@@ -35,10 +31,4 @@ def side_by_side(fit: np.ndarray, reference: np.ndarray, *, title: str, note: st
         axes.set_axis_off()
     figure.text(0.5, 0.03, note, color="white", ha="center", fontsize=9)
     figure.subplots_adjust(left=0.01, right=0.99, top=0.9, bottom=0.08, wspace=0.02)
-    return _to_png(figure)
-
-
-def _to_png(figure: Figure, **options: Any) -> bytes:
-    buffer = io.BytesIO()
-    FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": f"matplotlib {matplotlib.__version__}"}, **options)
-    return buffer.getvalue()
+    return to_png(figure)
