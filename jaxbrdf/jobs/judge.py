@@ -8,9 +8,13 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from jaxbrdf.brdf.measured import asymmetry, clamped_share
+from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.core.directions import cos_theta
+from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.errors import OpenCLError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
@@ -21,9 +25,10 @@ from jaxbrdf.opencl import material as device_material
 from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.render.environment import make_environment
 from jaxbrdf.render.integrate import render_environment
+from jaxbrdf.render.proposal import with_sampler
 from jaxbrdf.render.studio import studio
 from jaxbrdf.sampling.pairs import draw_weighted
-from jaxbrdf.types import Material, Query
+from jaxbrdf.types import Brdf, Material, Params, Query, Sample
 
 JUDGING_SEED = 20_260_101
 """Draws that no fit's seed reaches: fits fold their seed, judges do not."""
@@ -62,7 +67,23 @@ def render_pair(fit: Material, reference: Material, *, size: int = 192, samples:
         width=size,
         samples=samples,
     )
-    return Pictures(render(fit), render(reference))
+    return Pictures(render(drawn_as(reference, fit)), render(reference))
+
+
+def drawn_as(reference: Material, material: Material) -> Material:
+    """The material with the reference's draws of light, so that their pictures share their noise: it is no error."""
+    draw, density = sampler_of(with_sampler(reference.brdf))
+
+    def evaluate(params: Params, query: Query) -> jax.Array:
+        return material.brdf.eval(params[0], query)
+
+    def sample(params: Params, query: Query, u: jax.Array) -> Sample:
+        wi, pdf, _ = draw(params[1], query, u)
+        value = evaluate(params, query._replace(wi=wi))
+        return Sample(wi, pdf, value * safe_divide(jnp.maximum(cos_theta(wi), 0.0), pdf)[..., None])
+
+    brdf = Brdf(evaluate, sample, lambda params, query: density(params[1], query))
+    return material._replace(brdf=brdf, params=(material.params, reference.params))
 
 
 def picture_errors(pictures: Pictures) -> dict[str, float]:
@@ -75,7 +96,7 @@ def evaluation_cost(bundle: Bundle) -> dict[str, float]:
     wi, wo = (np.asarray(w) for w in draw_weighted(jax.random.key(0), TIMED_QUERIES)[0][:2])
     material = bundles.material(bundle)
     evaluate = jax.jit(partial(material.brdf.eval, material.params))
-    query = Query(jax.numpy.asarray(wi), jax.numpy.asarray(wo))
+    query = Query(jnp.asarray(wi), jnp.asarray(wo))
     cost = {"jax_ns_per_evaluation": _nanoseconds(lambda: jax.block_until_ready(evaluate(query)))}
     try:
         context, queue = context_of(choose())
