@@ -74,7 +74,7 @@ def _paper() -> Preset:
 
 
 PRESETS: dict[str, Callable[[], Preset]] = {
-    "quick": lambda: _own("quick", 11_000, 2**21, (16, 16)),
-    "standard": lambda: _own("standard", 40_000, 2**22, (24, 24)),
+    "quick": lambda: _own("quick", 8_000, 2**21, (16, 16)),
+    "standard": lambda: _own("standard", 30_000, 2**22, (24, 24)),
     "paper": _paper,
 }
