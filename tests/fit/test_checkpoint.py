@@ -50,7 +50,7 @@ def test_every_bit_comes_back(tmp_path: Path, model: str):
 
 
 def test_one_of_another_model_is_refused(saved: Path):
-    with pytest.raises(DataError, match="a checkpoint of another model: params.mlp.weights.1"):
+    with pytest.raises(DataError, match=r"a checkpoint of another model: params\.mlp\.weights\.1"):
         checkpoint.load(saved, like=state_of("gated", horizon=True, hidden=(12, 13)))
 
 
