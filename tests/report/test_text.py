@@ -21,8 +21,8 @@ def fit_result(**cost: float) -> dict[str, Any]:
 def test_a_fit_tells_its_errors_beside_their_cost_and_where_it_is():
     told = text.fit_report(fit_result(opencl_ns_per_evaluation=12.96))
     lines = {line.split(" ")[0]: line for line in told.splitlines()}
-    assert lines["MAE"].split() == ["MAE", "0.12500", "+-", "0.00125"]
-    assert lines["log-RMSE"].split() == ["log-RMSE", "0.06250", "+-", "0.00063"]
+    assert lines["MAE"].split() == ["MAE", "0.125000", "+-", "0.001250"]
+    assert lines["log-RMSE"].split() == ["log-RMSE", "0.062500", "+-", "0.000625"]
     assert "0.0312" in lines["FLIP"]
     assert "SSIM 0.9688" in lines["FLIP"]
     assert "55.5 s, compilation 7.2 s" in lines["fitting"]
@@ -42,7 +42,7 @@ def test_a_comparison_is_a_table():
     head, *rows = text.comparison(columns).splitlines()
     assert head.split() == ["bundle", "against", "ratio"]
     assert [row.split()[0] for row in rows] == ["MAE", "SMAPE", "RMSE", "log-RMSE", "FLIP", "SSIM"]
-    assert rows[2].split()[1:] == ["2.50000", "2.50000", "1.00000"]
+    assert rows[2].split()[1:] == ["2.500000", "2.500000", "1.000000"]
     assert len({row.index(row.split()[1]) + len(row.split()[1]) for row in rows}) == 1
     alone, *_ = text.comparison({"bundle": ERRORS | IMAGE}).splitlines()
     assert alone.split() == ["bundle"]
