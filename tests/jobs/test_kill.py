@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+import pytest
 import safetensors
 import safetensors.numpy
 
@@ -20,9 +23,22 @@ COMMAND = [sys.executable, str(ROOT / "tests" / "jobs" / "tiny_command.py"), "fi
 PATIENCE = 300.0
 
 
-def start(out: Path, *options: str) -> subprocess.Popen[str]:
-    command = [*COMMAND, "-o", str(out), *options]
-    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Starts a fit into a folder; none outlives the test."""
+    with contextlib.ExitStack() as stack:
+
+        def begin(out: Path, *options: str) -> subprocess.Popen[str]:
+            command = [*COMMAND, "-o", str(out), *options]
+            pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+            process = stack.enter_context(subprocess.Popen(command, cwd=ROOT, text=True, **pipes))
+            stack.callback(process.kill)
+            return process
+
+        yield begin
 
 
 def finish(process: subprocess.Popen[str], code: int) -> str:
@@ -50,7 +66,7 @@ def stop(process: subprocess.Popen[str], path: Path, sent: signal.Signals) -> in
     return step_of(path)
 
 
-def test_killed_interrupted_and_undisturbed_fits_end_in_the_same_bits(tmp_path: Path):
+def test_killed_interrupted_and_undisturbed_fits_end_in_the_same_bits(tmp_path: Path, start: Start):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     undisturbed = start(whole)
     state = parts / "bundle.checkpoint"
