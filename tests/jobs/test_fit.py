@@ -1,10 +1,9 @@
-"""What a fit writes once it is trained. The training itself is put in by hand: tests/jobs/test_training.py has it."""
+"""What a fit writes once it is trained; the training is put in by hand, tests/jobs/test_whole_fit.py has all of it."""
 
 from __future__ import annotations
 
 import errno
 import json
-import shutil
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,14 +17,13 @@ from jaxbrdf.checks.parity import random_params
 from jaxbrdf.data import output, png
 from jaxbrdf.errors import DataError, FitError, OpenCLError
 from jaxbrdf.export import bundle as bundles
-from jaxbrdf.fit.presets import PRESETS
 from jaxbrdf.jobs import fit as fit_job
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.fit import fit
 from jaxbrdf.jobs.fit_config import FitConfig, output_paths
 from jaxbrdf.jobs.training import Task, Trained
 from jaxbrdf.opencl import platform
-from tests.jobs.tiny import TINY, Listener
+from tests.jobs.tiny import Listener
 
 PICTURES = judge.Pictures(*np.random.default_rng(0).uniform(0.1, 1.0, (2, 16, 16, 3)))
 COST = {"fit_seconds": 1.5, "compile_seconds": 0.5}
@@ -138,18 +136,3 @@ def test_a_device_that_fails_costs_no_more_than_its_time(monkeypatch: pytest.Mon
     monkeypatch.setattr(judge, "TIMED_QUERIES", 2**10)
     monkeypatch.setattr(judge.device_material, "evaluate", fail)
     assert list(judge.evaluation_cost(bundles.load(bundle))) == ["jax_ns_per_evaluation"]
-
-
-def test_training_and_judgement_fit_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setitem(PRESETS, "tiny", lambda: TINY)
-    monkeypatch.setattr(judge, "TIMED_QUERIES", 2**10)
-    monkeypatch.setattr(judge, "render_pair", partial(judge.render_pair, size=32, samples=4))
-    fitted = fit(config(tmp_path, preset="tiny"), Listener())
-    errors, cost = fitted.report["errors"], fitted.report["cost"]
-    assert errors["smape"] < 0.05
-    assert errors["mae_standard_error"] < errors["mae"]
-    assert errors["image_flip"] < 0.1
-    assert cost.keys() >= {"fit_seconds", "compile_seconds", "jax_ns_per_evaluation", "opencl_ns_per_evaluation"}
-    assert min(cost.values()) > 0
-    copy = shutil.copy(fitted.paths.bundle, tmp_path / "moved.safetensors")
-    assert bundles.load(copy).manifest.errors == errors

@@ -18,6 +18,10 @@ TINY = dataclasses.replace(
 """Four pieces a device, so that gradients are accumulated, and a pool that is read many times."""
 
 
+LONG = dataclasses.replace(TINY, name="long", steps=4000)
+"""Takes long enough to be stopped in the middle."""
+
+
 class Listener:
     """A reporter that keeps what it is told, and may act on it.
 

@@ -1,30 +1,31 @@
-"""The command line with a preset `tiny` of a few seconds and with no judgement: a process for tests to kill.
+"""The command line with a preset `long` of a few seconds and with no judgement: a process for tests to kill.
 
 Usage: python tests/jobs/tiny_command.py ARGUMENTS
 """
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from functools import partial
 from pathlib import Path
 
+import jax
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from jaxbrdf import cli
-from jaxbrdf.fit import pool
 from jaxbrdf.fit.presets import PRESETS
 from jaxbrdf.jobs import judge, training
-from tests.jobs.tiny import TINY
+from tests.jobs.tiny import LONG
 
 PICTURE = np.random.default_rng(0).uniform(0.1, 1.0, (16, 16, 3))
 
 if __name__ == "__main__":
-    PRESETS["tiny"] = lambda: dataclasses.replace(TINY, steps=4000)
-    pool.CHUNK = 2**15
+    # as many as the tests have, whatever the machine
+    jax.config.update("jax_num_cpu_devices", 2)
+    jax.devices()
+    PRESETS["long"] = lambda: LONG
     training.SECONDS_BETWEEN_CHECKPOINTS = 0.1
     judge.compare_many = partial(judge.compare_many, pairs=2**10, chunk=2**10)
     judge.describe_truth = lambda _: {}

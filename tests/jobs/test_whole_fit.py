@@ -1,14 +1,16 @@
-"""A fit that is killed and one that is interrupted go on to the bits of an undisturbed one."""
+"""Fits from end to end: an undisturbed one, and one that is killed and interrupted and ends in the same bits."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +18,29 @@ import pytest
 import safetensors
 import safetensors.numpy
 
+from jaxbrdf.export import bundle as bundles
 from jaxbrdf.fit import checkpoint
+from jaxbrdf.fit.presets import PRESETS
+from jaxbrdf.jobs import judge
+from jaxbrdf.jobs.fit import FitResult, fit
+from jaxbrdf.jobs.fit_config import FitConfig
+from tests.jobs.tiny import LONG, Listener
 from tests.source import ROOT
 
-COMMAND = [sys.executable, str(ROOT / "tests" / "jobs" / "tiny_command.py"), "fit", "gold", "--preset", "tiny"]
+COMMAND = [sys.executable, str(ROOT / "tests" / "jobs" / "tiny_command.py"), "fit", "gold", "--preset", "long"]
 PATIENCE = 300.0
 
-
 Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> FitResult:
+    """Gold by the gated model, in this process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(PRESETS, "long", lambda: LONG)
+        patch.setattr(judge, "TIMED_QUERIES", 2**10)
+        patch.setattr(judge, "render_pair", partial(judge.render_pair, size=32, samples=4))
+        return fit(FitConfig("gold", str(tmp_path_factory.mktemp("fit") / "whole"), preset="long"), Listener())
 
 
 @pytest.fixture
@@ -66,30 +83,39 @@ def stop(process: subprocess.Popen[str], path: Path, sent: signal.Signals) -> in
     return step_of(path)
 
 
-def test_killed_interrupted_and_undisturbed_fits_end_in_the_same_bits(tmp_path: Path, start: Start):
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    undisturbed = start(whole)
-    state = parts / "bundle.checkpoint"
+def test_training_and_judgement_fit_together(undisturbed: FitResult, tmp_path: Path):
+    errors, cost = undisturbed.report["errors"], undisturbed.report["cost"]
+    assert errors["smape"] < 0.02
+    assert errors["mae_standard_error"] < errors["mae"]
+    assert errors["image_flip"] < 0.05
+    assert cost.keys() >= {"fit_seconds", "compile_seconds", "jax_ns_per_evaluation", "opencl_ns_per_evaluation"}
+    assert min(cost.values()) > 0
+    copy = shutil.copy(undisturbed.paths.bundle, tmp_path / "moved.safetensors")
+    assert bundles.load(copy).manifest.errors == errors
 
-    killed = start(parts)
+
+def test_a_killed_and_interrupted_fit_ends_in_the_same_bits(tmp_path: Path, start: Start, undisturbed: FitResult):
+    out = tmp_path / "out"
+    state = out / "bundle.checkpoint"
+
+    killed = start(out)
     at_kill = stop(killed, state, signal.SIGKILL)
     assert killed.returncode == -signal.SIGKILL
-    killed.communicate()
-    assert 0 < at_kill < 4000
+    assert 0 < at_kill < LONG.steps
     # a kill may leave the part of a file that was being written, under a name of its own, and nothing else
-    assert {path.name for path in parts.iterdir() if path.suffix != ".part"} == {"bundle.checkpoint"}
+    assert {path.name for path in out.iterdir() if path.suffix != ".part"} == {"bundle.checkpoint"}
 
-    interrupted = start(parts, "--resume")
+    interrupted = start(out, "--resume")
     at_interruption = stop(interrupted, state, signal.SIGINT)
     told = finish(interrupted, 130)
-    assert at_kill < at_interruption < 4000
-    assert checkpoint.read_record(state)["steps"] == 4000
-    line = f"jaxbrdf fit gold -o {parts} --model gated --preset tiny --seed 0 --precision float32 --resume"
+    assert at_kill < at_interruption < LONG.steps
+    assert checkpoint.read_record(state)["steps"] == LONG.steps
+    line = f"jaxbrdf fit gold -o {out} --model gated --preset long --seed 0 --precision float32 --resume"
     assert told.splitlines()[-3:] == ["the checkpoint is kept; to go on:", f"  {line}", "jaxbrdf: interrupted"]
 
-    finish(start(parts, "--resume"), 0)
-    finish(undisturbed, 0)
-    found, expected = (safetensors.numpy.load_file(out / "bundle.safetensors") for out in (parts, whole))
+    finish(start(out, "--resume"), 0)
+    paths = out / "bundle.safetensors", undisturbed.paths.bundle
+    found, expected = (safetensors.numpy.load_file(path) for path in paths)
     assert found.keys() == expected.keys()
     for name, tensor in expected.items():
         np.testing.assert_array_equal(found[name].view(np.int32), tensor.view(np.int32), err_msg=name)
