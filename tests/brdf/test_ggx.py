@@ -149,8 +149,9 @@ def test_samples_tell_what_eval_and_pdf_tell(alpha: tuple[float, float]):
     mismatch = jax.jit(sampler_mismatch, static_argnums=0)(
         GGX, gold(alpha), wo, jax.random.uniform(jax.random.key(5), (4, 5000, 3))
     )
-    # a direction rounded by 6e-8 moves a half vector by 6e-8 / (2 cos_d alpha) of the lobe's width: 1.5e-6 / alpha where
-    # a grazing viewer makes cos_d 0.02. f varies by up to 8 a width there, by distribution and masking, the density less
+    # a direction rounded by 6e-8 moves a half vector by 6e-8 / (2 cos_d alpha) of the lobe's width: 1.5e-6 / alpha
+    # where a grazing viewer makes cos_d 0.02. f varies by up to 8 a width there, by distribution and masking, the
+    # density less
     assert float(jnp.max(mismatch.pdf)) < 1e-5 + 3e-6 / min(alpha)
     assert float(jnp.max(mismatch.weight)) < 1e-4 + 1.2e-5 / min(alpha)
 
