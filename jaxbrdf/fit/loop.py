@@ -89,8 +89,11 @@ def compile_advance(
     """
     if config.batch % len(devices):
         raise ValueError(f"batch is {config.batch}; it must be a multiple of the {len(devices)} devices")
+    share = config.batch // len(devices)
+    if share % min(config.microbatch, share):
+        raise ValueError(f"microbatch is {config.microbatch}; it must divide a device's share of the batch, {share}")
     mesh = Mesh(devices, (AXIS,), axis_types=(AxisType.Auto,))
-    step = partial(_step, loss, optimiser, schedule, config, config.batch // len(devices))
+    step = partial(_step, loss, optimiser, schedule, config, share)
     return Advance(
         run=jax.jit(partial(_sharded_run, mesh, step)),
         place_state=lambda state: jax.device_put(state, NamedSharding(mesh, PartitionSpec())),

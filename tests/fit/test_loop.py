@@ -112,3 +112,8 @@ def test_every_count_of_steps_runs_the_one_compiled_loop():
 def test_a_batch_that_does_not_divide_is_refused():
     with pytest.raises(ValueError, match="batch is 33; it must be a multiple of the 2 devices"):
         compiled(LoopConfig(33))
+
+
+def test_a_share_that_does_not_divide_into_microbatches_is_refused():
+    with pytest.raises(ValueError, match="microbatch is 12; it must divide a device's share of the batch, 16"):
+        compiled(LoopConfig(32, 12))
