@@ -14,6 +14,9 @@ import jax.numpy as jnp
 
 from jaxbrdf.core.directions import azimuth, sin_theta
 
+LANES = 8
+"""Texels are added in rows of whole vectors: eight floats fill one of AVX2's, and divide AVX-512's."""
+
 
 class Polar(NamedTuple):
     """A direction's place on the unit disk.
@@ -66,7 +69,21 @@ def fetch(texture: jax.Array, at: Polar) -> jax.Array:
 
 @jax.custom_vjp
 def _fetch(texture: jax.Array, r: jax.Array, turn: jax.Array | None) -> jax.Array:
-    return _interpolate(texture, _cell(texture.shape, r, turn))
+    return _fetch_forward(texture, r, turn)[0]
+
+
+def _fetch_forward(texture: jax.Array, r: jax.Array, turn: jax.Array | None):
+    cell = _cell(texture.shape, r, turn)
+    near, far = _edges(texture, cell)
+    slope = far - near
+    return near + slope * cell.along_r[None], (texture.shape, cell, slope)
+
+
+def _fetch_backward(saved: tuple[tuple[int, int, int], Cell, jax.Array], g: jax.Array):
+    """The transpose of the lookup, written out: derived automatically it scatters the corners one channel at a time."""
+    shape, cell, slope = saved
+    r = jnp.sum(g * slope, axis=0) * (shape[1] - 1)
+    return _scatter(shape, cell, g), r, None if cell.along_phi is None else jnp.zeros_like(cell.along_phi)
 
 
 def _cell(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
@@ -84,56 +101,48 @@ def _cell(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
     return jax.lax.optimization_barrier(Cell(i * (n_phi + 1) + j, x - i, y - j))
 
 
-def _corners(texture: jax.Array, cell: Cell) -> tuple[jax.Array, jax.Array]:
-    """Values at the near and the far radius, interpolated over the azimuth, each `(channels, batch)`."""
+def _corner_offsets(n_phi: int, has_azimuth: bool) -> tuple[int, ...]:
+    """Flat distance from a cell's index to its corners: over the azimuth first, then over the radius."""
+    return (0, 1, n_phi + 1, n_phi + 2) if has_azimuth else (0, n_phi + 1)
+
+
+def _edges(texture: jax.Array, cell: Cell) -> tuple[jax.Array, jax.Array]:
+    """Values at the near and the far radius, interpolated over the azimuth, each `(channels, batch)`.
+
+    The corners of every cell are laid side by side first, so that a lookup is one run of memory: a batch then takes a
+    third of the time of gathering each corner of each channel. The barriers keep XLA from undoing it.
+    """
     channels, _, n_phi = texture.shape
-    flat = jnp.concatenate([texture, texture[:, :, :1]], axis=2).reshape(channels, -1)
-
-    def column(offset: int) -> jax.Array:
-        return flat.at[:, cell.index + offset].get(mode="promise_in_bounds")
-
-    if cell.along_phi is None:
-        return column(0), column(n_phi + 1)
-    phi = cell.along_phi[None]
-    near, far = column(0), column(n_phi + 1)
-    return near + (column(1) - near) * phi, far + (column(n_phi + 2) - far) * phi
-
-
-def _interpolate(texture: jax.Array, cell: Cell) -> jax.Array:
-    near, far = _corners(texture, cell)
-    return near + (far - near) * cell.along_r[None]
-
-
-def _fetch_forward(texture: jax.Array, r: jax.Array, turn: jax.Array | None):
-    cell = _cell(texture.shape, r, turn)
-    return _interpolate(texture, cell), (texture, cell)
-
-
-def _fetch_backward(saved: tuple[jax.Array, Cell], g: jax.Array):
-    """The transpose of the lookup, written out: derived automatically it scatters the corners one channel at a time."""
-    texture, cell = saved
-    near, far = _corners(texture, cell)
-    r = jnp.sum(g * (far - near), axis=0) * (texture.shape[1] - 1)
-    return _scatter(texture.shape, cell, g), r, None if cell.along_phi is None else jnp.zeros_like(cell.along_phi)
+    texels = jnp.concatenate([texture, texture[:, :, :1]], axis=2).reshape(channels, -1).T
+    offsets = _corner_offsets(n_phi, cell.along_phi is not None)
+    table = jax.lax.optimization_barrier(jnp.concatenate([jnp.roll(texels, -o, axis=0) for o in offsets], axis=1))
+    rows = jax.lax.optimization_barrier(table.at[cell.index].get(mode="promise_in_bounds"))
+    corners = jnp.split(jax.lax.optimization_barrier(rows.T), len(offsets))
+    if cell.along_phi is not None:
+        phi = cell.along_phi[None]
+        corners = [left + (right - left) * phi for left, right in (corners[:2], corners[2:])]
+    near, far = jax.lax.optimization_barrier(corners)
+    return near, far
 
 
 def _scatter(shape: tuple[int, ...], cell: Cell, g: jax.Array) -> jax.Array:
     channels, n_r, n_phi = shape
-    rows = jax.lax.optimization_barrier(g.T)
-    texels = jnp.zeros((n_r * (n_phi + 1), channels), g.dtype)
-    for offset, weight in _weights(cell, n_phi):
+    padding = -channels % LANES
+    rows = jax.lax.optimization_barrier(jnp.pad(g, ((0, padding), (0, 0))).T)
+    texels = jnp.zeros((n_r * (n_phi + 1), channels + padding), g.dtype)
+    offsets = _corner_offsets(n_phi, cell.along_phi is not None)
+    for offset, weight in zip(offsets, _weights(cell), strict=True):
         texels = texels.at[cell.index + offset].add(rows * weight[:, None], mode="promise_in_bounds")
-    columns = texels.T.reshape(channels, n_r, n_phi + 1)
+    columns = texels[:, :channels].T.reshape(channels, n_r, n_phi + 1)
     return columns[:, :, :n_phi].at[:, :, 0].add(columns[:, :, n_phi])
 
 
-def _weights(cell: Cell, n_phi: int) -> list[tuple[int, jax.Array]]:
-    """Offset and bilinear weight of each corner."""
+def _weights(cell: Cell) -> tuple[jax.Array, ...]:
+    """Bilinear weight of each corner."""
     r, phi = cell.along_r, cell.along_phi
     if phi is None:
-        return [(0, 1 - r), (n_phi + 1, r)]
-    corners = [(0, (1 - r) * (1 - phi)), (1, (1 - r) * phi)]
-    return [*corners, (n_phi + 1, r * (1 - phi)), (n_phi + 2, r * phi)]
+        return 1 - r, r
+    return (1 - r) * (1 - phi), (1 - r) * phi, r * (1 - phi), r * phi
 
 
 _fetch.defvjp(_fetch_forward, _fetch_backward)
