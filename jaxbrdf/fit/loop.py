@@ -62,7 +62,8 @@ class Advance(NamedTuple):
     """The compiled loop.
 
     Attributes:
-        run: `(state, pool, count, steps) -> (state, mean loss)`, `count` steps of a training of `steps`.
+        run: `(state, pool, count, steps) -> (state, mean loss)`, `count` steps of a training of `steps`; ValueError
+            if the pool does not hold a batch.
         place_state, place_pool: put arrays where `run` wants them.
     """
 
@@ -145,6 +146,8 @@ def _mean_over_devices(tree: Any) -> Any:
 def _gradient(loss: BatchLoss, config: LoopConfig, share: int, state: FitState, pool: Batch):
     """Loss and gradient of this device's share of the next batch, piece by piece."""
     held = pool.importance.shape[-1]
+    if held < share:
+        raise ValueError(f"the pool holds {held} queries for each device; a batch takes {share}")
     piece = min(config.microbatch, share)
     pieces = share // piece
     first = (state.step % (held // share)) * share

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,11 +25,14 @@ from jaxbrdf.sampling.pairs import draw_weighted
 from jaxbrdf.types import Model, Params, Query
 
 STRIDE = 200
-"""Steps between looks at the clock, the loss and the keyboard."""
+STRIDE_QUERIES = 2**22
+"""The most steps, and the most queries, between looks at the clock, the loss and the keyboard: about a second."""
 
 SECONDS_BETWEEN_CHECKPOINTS = 10.0
 HELD_OUT = 2**14
 TRIAL_STEPS = 100
+DRAWING_SHARE = 1 / 3
+"""The most of a budget that drawing the first pool may take."""
 
 DIVERGED = 1.95
 """Held-out SMAPE of a fit that is lost to huge values: 2 is the most there is; a dark material may begin at 1.5."""
@@ -94,6 +97,10 @@ def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Repo
         DataError: if the checkpoint cannot be read or written.
     """
     record = _resumable(task) if resume else None
+    if record is not None:
+        task = _with_pool(task, record["pool"])
+    elif budget_seconds is not None:
+        task = _with_pool(task, _affordable_pool(task, budget_seconds))
     prepared, state = _prepare(task, reporter)
     if record is not None:
         state = prepared.advance.place_state(checkpoint.load(task.checkpoint, like=jax.tree.map(np.asarray, state)))
@@ -114,9 +121,25 @@ def _resumable(task: Task) -> dict[str, Any]:
     for name, value in task.record.items():
         if record.get(name) != value:
             raise FitError(f"{task.checkpoint}: was made with {name} {record.get(name)!r}, not {value!r}")
-    if type(record.get("steps")) is not int or type(record.get("seconds")) is not float:
+    types = {"steps": int, "pool": int, "seconds": float}
+    if any(type(record.get(name)) is not kind for name, kind in types.items()):
         raise DataError(task.checkpoint, "a checkpoint that does not say how many steps were planned")
     return record
+
+
+def _with_pool(task: Task, count: int) -> Task:
+    return replace(task, preset=replace(task.preset, pool=count))
+
+
+def _affordable_pool(task: Task, budget_seconds: float) -> int:
+    """Queries of the preset's pool, or fewer where drawing them would eat the budget: at least a batch."""
+    least = max(pool.CHUNK, task.preset.loop.batch)
+    draw = partial(pool.draw_pool, _key(task, "pool"), least, _draws(task.preset), task.truth, task.model.encode)
+    draw()
+    clock = time.perf_counter()
+    draw()
+    affordable = DRAWING_SHARE * budget_seconds / (time.perf_counter() - clock)
+    return min(task.preset.pool, least * max(1, int(affordable)))
 
 
 def _prepare(task: Task, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
@@ -135,8 +158,9 @@ def _prepare(task: Task, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
     seconds["compile"] = time.perf_counter() - clock
     trial = advance.place_state(state)
     clock = time.perf_counter()
-    jax.block_until_ready(advance.run(trial, placed, jnp.int32(TRIAL_STEPS), jnp.int32(TRIAL_STEPS)))
-    seconds["step"] = (time.perf_counter() - clock) / TRIAL_STEPS
+    count = min(TRIAL_STEPS, _stride(task.preset))
+    jax.block_until_ready(advance.run(trial, placed, jnp.int32(count), jnp.int32(count)))
+    seconds["step"] = (time.perf_counter() - clock) / count
     held_out = pool.draw_pool(_key(task, "held out"), HELD_OUT, draw_weighted, task.truth, task.model.encode)
     return _Prepared(advance, placed, held_out, jax.jit(partial(_smape, task)), seconds), advance.place_state(state)
 
@@ -146,15 +170,19 @@ def _key(task: Task, purpose: str) -> jax.Array:
 
 
 def _draw(task: Task, index: int) -> Batch:
-    draw = draw_weighted if task.preset.highlights else cosine_draws
     key = jax.random.fold_in(_key(task, "pool"), index)
-    return pool.draw_pool(key, task.preset.pool, draw, task.truth, task.model.encode)
+    return pool.draw_pool(key, task.preset.pool, _draws(task.preset), task.truth, task.model.encode)
+
+
+def _draws(preset: Preset) -> pool.DrawWeighted:
+    return draw_weighted if preset.highlights else cosine_draws
 
 
 def _first_state(task: Task, drawn: Batch) -> loop.FitState:
     """Initial parameters whose constant part is the material's typical value, so that training starts in range."""
     params = task.model.init(_key(task, "params"))
-    typical = jnp.log(jnp.median(drawn.target, axis=1) + losses.SMAPE_OFFSET)
+    # by numpy, which selects where XLA sorts: for two million queries that is seconds
+    typical = jnp.log(jnp.asarray(np.median(drawn.target, axis=1)) + losses.SMAPE_OFFSET)
     decoder = params.mlp if hasattr(params, "mlp") else params
     decoder = decoder._replace(biases=(*decoder.biases[:-1], typical))
     params = params._replace(mlp=decoder) if hasattr(params, "mlp") else decoder
@@ -199,7 +227,8 @@ def _run(
     clock = saved = time.perf_counter()
 
     def save(state: loop.FitState) -> float:
-        record = {**task.record, "steps": steps, "seconds": spent + time.perf_counter() - clock}
+        elapsed = spent + time.perf_counter() - clock
+        record = {**task.record, "steps": steps, "pool": task.preset.pool, "seconds": elapsed}
         checkpoint.save(task.checkpoint, state, record)
         return time.perf_counter()
 
@@ -235,16 +264,20 @@ def _check_sound(task: Task, step: int, loss: float, error: float) -> None:
 def _strides(
     task: Task, prepared: _Prepared, state: loop.FitState, steps: int
 ) -> Iterator[tuple[loop.FitState, float]]:
-    """States and losses every `STRIDE` steps, drawing further pools where the preset asks for them."""
+    """States and losses stride by stride, drawing further pools where the preset asks for them."""
     done, held, placed = int(state.step), 0, prepared.pool
     while done < steps:
         index, until = _pool_of(task.preset, done)
         if index != held:
             held, placed = index, prepared.advance.place_pool(_draw(task, index))
-        count = min(STRIDE, steps - done, until - done)
+        count = min(_stride(task.preset), steps - done, until - done)
         state, loss = prepared.advance.run(state, placed, jnp.int32(count), jnp.int32(steps))
         done += count
         yield state, float(loss)
+
+
+def _stride(preset: Preset) -> int:
+    return max(1, min(STRIDE, STRIDE_QUERIES // preset.loop.batch))
 
 
 def _pool_of(preset: Preset, step: int) -> tuple[int, int]:

@@ -117,3 +117,8 @@ def test_a_batch_that_does_not_divide_is_refused():
 def test_a_share_that_does_not_divide_into_microbatches_is_refused():
     with pytest.raises(ValueError, match="microbatch is 12; it must divide a device's share of the batch, 16"):
         compiled(LoopConfig(32, 12))
+
+
+def test_a_pool_smaller_than_a_batch_is_refused():
+    with pytest.raises(ValueError, match=f"the pool holds {POOL // 2} queries for each device; a batch takes {POOL}"):
+        run(compiled(LoopConfig(2 * POOL)))

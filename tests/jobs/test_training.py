@@ -108,6 +108,14 @@ def test_an_interrupted_training_goes_on_with_the_same_bits(
         np.testing.assert_array_equal(leaf.view(np.int32), expected.view(np.int32))
 
 
+def test_a_small_budget_draws_a_small_pool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(pool, "CHUNK", 2**12)
+    listener = Listener()
+    train(task(tmp_path), 1e-6, False, listener)
+    assert listener.lines[0] == "drawing 4,096 training queries"
+    assert checkpoint.read_record(tmp_path / "fit.checkpoint")["pool"] == 4096
+
+
 def set_seconds(monkeypatch: pytest.MonkeyPatch, **seconds: float) -> None:
     """Makes the clock's findings these."""
     monkeypatch.setattr(training, "_prepare", partial(with_seconds, PREPARE, seconds))
