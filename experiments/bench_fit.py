@@ -1,7 +1,7 @@
 """Fits measured files by one preset each and compares every fit with the published network of the same material.
 
     python experiments/bench_fit.py --preset quick                    # the 12 RGL files: about 20 minutes on two cores
-    python experiments/bench_fit.py --preset standard cg_sunflower    # some of them: about 6 minutes each
+    python experiments/bench_fit.py --preset standard cg_sunflower    # some of them: about 3 minutes each
 
 Runs the command line in a process of its own for each file, so that memory and compilation are what a user sees. Rows
 go to experiments/results/bench_fit_PRESET.json as they come; a row that is there is not measured again unless --again

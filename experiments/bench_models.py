@@ -1,6 +1,6 @@
 """The four homogeneous models at their paper's sizes, for the same time each, on four measured files.
 
-    python experiments/bench_models.py --seconds 120       # about 16 fits of two minutes and a half
+    python experiments/bench_models.py       # 16 fits of a minute, and half a minute of judging after each
 
 Like Timonen et al., Table 4, with errors as ratios to the published networks and the seconds beside them. Rows go to
 experiments/results/bench_models.json as they come; those that are there are not measured again unless --again is given.
@@ -21,7 +21,7 @@ MATERIALS = ("cc_green_malachite", "cc_iris_purple_gem", "cg_sunflower", "chm_li
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=120.0, help="of fitting, for each")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of fitting, for each")
     parser.add_argument("--again", action="store_true", help="measure rows that are there already")
     arguments = parser.parse_args()
     data, path = Path(os.environ["JAXBRDF_DATA"]), RESULTS / "bench_models.json"

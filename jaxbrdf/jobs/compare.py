@@ -24,9 +24,9 @@ def compare(bundle: str, reference: str, *, against: str | None = None) -> dict[
     """
     fitted = bundles.material(open_bundle(bundle))
     truth = symmetrised(open_source(reference).material)
-    rivals = {"against": open_source(against).material} if against else {}
-    errors = judge.brdf_errors({"bundle": fitted, **rivals}, jax.jit(partial(truth.brdf.eval, truth.params)))
-    pictures = {name: judge.render_pair(m, truth) for name, m in {"bundle": fitted, **rivals}.items()}
+    materials = {"bundle": fitted} | ({"against": open_source(against).material} if against else {})
+    errors = judge.brdf_errors(materials, jax.jit(partial(truth.brdf.eval, truth.params)))
+    pictures = judge.render_many(materials, truth)
     report: dict[str, Any] = {
         name: judge.plain_errors(errors[name]) | judge.picture_errors(pictures[name]) for name in errors
     }

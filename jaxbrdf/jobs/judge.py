@@ -59,6 +59,13 @@ def plain_errors(errors: BrdfErrors) -> dict[str, float]:
 
 def render_pair(fit: Material, reference: Material, *, size: int = 192, samples: int = 64) -> Pictures:
     """Both on a sphere in the built-in studio, under the same light directions."""
+    return render_many({"": fit}, reference, size=size, samples=samples)[""]
+
+
+def render_many(
+    fits: dict[str, Material], reference: Material, *, size: int = 192, samples: int = 64
+) -> dict[str, Pictures]:
+    """`render_pair` of several fits, the reference rendered once."""
     render = partial(
         render_environment,
         jax.random.key(JUDGING_SEED),
@@ -67,7 +74,8 @@ def render_pair(fit: Material, reference: Material, *, size: int = 192, samples:
         width=size,
         samples=samples,
     )
-    return Pictures(render(drawn_as(reference, fit)), render(reference))
+    beside = render(reference)
+    return {name: Pictures(render(drawn_as(reference, fit)), beside) for name, fit in fits.items()}
 
 
 def drawn_as(reference: Material, material: Material) -> Material:

@@ -198,7 +198,7 @@ def test_compare_judges_both_against_the_symmetrised_file(
     """Beside means over plain cosine-distributed pairs, by numpy."""
     monkeypatch.setattr(judge, "compare_many", partial(judge.compare_many, pairs=2**17))
     pictures = judge.Pictures(*np.random.default_rng(0).uniform(0.1, 1.0, (2, 16, 16, 3)))
-    monkeypatch.setattr(judge, "render_pair", lambda *_: pictures)
+    monkeypatch.setattr(judge, "render_many", lambda materials, _: dict.fromkeys(materials, pictures))
     Path("made.bsdf").write_bytes(rgl.tensor_file(rgl.fields()))
     found = run_json(capsys, "compare", bundle, "made.bsdf", "--against", "gold")
     assert found["pairs"] == 2**17
