@@ -84,5 +84,4 @@ def decode(params: GatedParams, coordinates: GatedCoordinates) -> jax.Array:
 
 
 def _fetch_warped(texture: jax.Array, warp_params: warp.RadialWarp, at: angular.Polar) -> jax.Array:
-    r = jax.lax.optimization_barrier(warp.apply(warp_params, at.r))
-    return angular.fetch(angular.close_centre(texture), at._replace(r=r))
+    return angular.fetch(angular.close_centre(texture), at._replace(r=warp.apply(warp_params, at.r)))

@@ -40,17 +40,12 @@ def apply(params: Mlp, x: jax.Array) -> jax.Array:
 @jax.custom_jvp
 def silu(x: jax.Array) -> jax.Array:
     """x sigmoid(x), as `jax.nn.silu`, with a derivative made of the sigmoid that the value already needed."""
-    return x * _sigmoid(x)
+    return x * jax.nn.sigmoid(x)
 
 
 @silu.defjvp
 def _silu_jvp(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
     (x,), (dx,) = primals, tangents
-    sigmoid = _sigmoid(x)
+    sigmoid = jax.nn.sigmoid(x)
     value = x * sigmoid
     return value, dx * (sigmoid + value * (1.0 - sigmoid))
-
-
-def _sigmoid(x: jax.Array) -> jax.Array:
-    """An array behind a barrier: XLA would rather find it again in every loop that reads it."""
-    return jax.lax.optimization_barrier(jax.nn.sigmoid(x))

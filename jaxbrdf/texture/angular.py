@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from jaxbrdf.core.directions import azimuth, sin_theta
+from jaxbrdf.core.staging import staged
 
 LANES = 8
 """Texels are added in rows of whole vectors: eight floats fill one of AVX2's, and divide AVX-512's."""
@@ -87,18 +88,15 @@ def _fetch_backward(saved: tuple[tuple[int, int, int], Cell, jax.Array], g: jax.
 
 
 def _cell(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
-    """Cells of a texture whose first column stands again after its last.
-
-    The barrier makes them arrays: without it every channel's loop finds them anew.
-    """
+    """Cells of a texture whose first column stands again after its last, staged: a dozen loops read them."""
     _, n_r, n_phi = shape
     x = jnp.clip(r, 0.0, 1.0) * (n_r - 1)
     i = jnp.minimum(x.astype(jnp.int32), n_r - 2)
     if turn is None:
-        return jax.lax.optimization_barrier(Cell(i * (n_phi + 1), x - i, None))
+        return staged((x, Cell(i * (n_phi + 1), x - i, None)))[1]
     y = turn * n_phi
     j = jnp.minimum(y.astype(jnp.int32), n_phi - 1)
-    return jax.lax.optimization_barrier(Cell(i * (n_phi + 1) + j, x - i, y - j))
+    return staged((x, Cell(i * (n_phi + 1) + j, x - i, y - j)))[1]
 
 
 def _corner_offsets(n_phi: int, has_azimuth: bool) -> tuple[int, ...]:
@@ -110,25 +108,25 @@ def _edges(texture: jax.Array, cell: Cell) -> tuple[jax.Array, jax.Array]:
     """Values at the near and the far radius, interpolated over the azimuth, each `(channels, batch)`.
 
     The corners of every cell are laid side by side first, so that a lookup is one run of memory: a batch then takes a
-    third of the time of gathering each corner of each channel. The barriers keep XLA from undoing it.
+    third of the time of gathering each corner of each channel.
     """
     channels, _, n_phi = texture.shape
     texels = jnp.concatenate([texture, texture[:, :, :1]], axis=2).reshape(channels, -1).T
     offsets = _corner_offsets(n_phi, cell.along_phi is not None)
-    table = jax.lax.optimization_barrier(jnp.concatenate([jnp.roll(texels, -o, axis=0) for o in offsets], axis=1))
-    rows = jax.lax.optimization_barrier(table.at[cell.index].get(mode="promise_in_bounds"))
-    corners = jnp.split(jax.lax.optimization_barrier(rows.T), len(offsets))
+    table = jnp.concatenate([jnp.roll(texels, -o, axis=0) for o in offsets], axis=1)
+    rows = table.at[cell.index].get(mode="promise_in_bounds")
+    corners = jnp.split(rows.T, len(offsets))
     if cell.along_phi is not None:
         phi = cell.along_phi[None]
         corners = [left + (right - left) * phi for left, right in (corners[:2], corners[2:])]
-    near, far = jax.lax.optimization_barrier(corners)
+    near, far = corners
     return near, far
 
 
 def _scatter(shape: tuple[int, ...], cell: Cell, g: jax.Array) -> jax.Array:
     channels, n_r, n_phi = shape
     padding = -channels % LANES
-    rows = jax.lax.optimization_barrier(jnp.pad(g, ((0, padding), (0, 0))).T)
+    rows = jnp.pad(g, ((0, padding), (0, 0))).T
     texels = jnp.zeros((n_r * (n_phi + 1), channels + padding), g.dtype)
     offsets = _corner_offsets(n_phi, cell.along_phi is not None)
     for offset, weight in zip(offsets, _weights(cell), strict=True):
