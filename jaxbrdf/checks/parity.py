@@ -16,8 +16,9 @@ from jaxbrdf.checks.finite import hard_queries
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.bundle import material as jax_material
 from jaxbrdf.models.mlp import Mlp
-from jaxbrdf.opencl import material
+from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import context_of
+from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Model, Params, Query
 
@@ -125,11 +126,20 @@ def jax_values(bundle: Bundle, query: Query) -> np.ndarray:
     return np.asarray(jax.jit(reference.brdf.eval)(reference.params, query))
 
 
-def opencl_parity(bundle: Bundle, device: cl.Device, query: Query, expected: np.ndarray) -> Parity:
-    """The largest difference between OpenCL on `device` and `jax_values`, over a query of shape `(n, 3)`."""
-    context, queue = context_of(device)
+def opencl_parity(
+    bundle: Bundle, device: cl.Device, query: Query, expected: np.ndarray, *, shape: Shape | None = None
+) -> Parity:
+    """The largest difference between OpenCL on `device` and `jax_values`, over a query of shape `(n, 3)`.
+
+    Args:
+        bundle: the material.
+        device: where the kernels run.
+        query: in the layout of `demanding_queries`.
+        expected: f of `jax_values`.
+        shape: of the kernel; None for the device's best.
+    """
     wi, wo = np.asarray(query.wi), np.asarray(query.wo)
-    found = material.evaluate(material.load(bundle, context), queue, wi, wo)
+    found = Material.load(bundle, context_of(device), shape=shape).evaluate(wi, wo)
     violation = (np.abs(found - expected) / (RELATIVE * expected + ABSOLUTE)).max(axis=-1)
     # a NaN on either side is the worst
     worst = int(np.argmax(np.nan_to_num(violation, nan=np.inf)))

@@ -18,7 +18,7 @@ COEFFICIENTS = (
     -0.016367921605706215,
     0.002920690691098571,
 )
-"""Minimax polynomial in x^2 for atan(x) / x on [0, 1], by experiments/derive_arctangent.py.
+"""Minimax polynomial in x^2 for atan(x) / x on [0, 1], by experiments/derive_polynomials.py.
 
 Largest relative error 1.7e-8 in exact arithmetic, 1.3e-7 in float32: two units in the last place.
 """

@@ -13,7 +13,7 @@ from jaxbrdf.data.output import check_writable, write_atomically
 from jaxbrdf.errors import JaxbrdfError
 from jaxbrdf.jobs.directions import read_directions
 from jaxbrdf.jobs.source import open_bundle, open_source
-from jaxbrdf.opencl import material as device_material
+from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import choose, context_of
 from jaxbrdf.types import Query
 
@@ -50,5 +50,4 @@ def _jax(source: str, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
 
 def _opencl(source: str, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     bundle = open_bundle(source)
-    context, queue = context_of(choose())
-    return device_material.evaluate(device_material.load(bundle, context), queue, wi, wo)
+    return Material.load(bundle, context_of(choose())).evaluate(wi, wo)

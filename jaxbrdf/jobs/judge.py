@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import contextlib
 from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
@@ -16,12 +16,12 @@ from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.core.directions import cos_theta
 from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.errors import OpenCLError
-from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.jobs.price import QUERIES, interleaved, jax_run, opencl_run, timed_query
 from jaxbrdf.jobs.source import Source
 from jaxbrdf.metrics.brdf_space import BrdfErrors, compare_many
 from jaxbrdf.metrics.image import image_errors
-from jaxbrdf.opencl import material as device_material
+from jaxbrdf.opencl.material import Material as DeviceMaterial
 from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.render.environment import make_environment
 from jaxbrdf.render.integrate import render_environment
@@ -33,7 +33,6 @@ from jaxbrdf.types import Brdf, Material, Params, Query, Sample
 JUDGING_SEED = 20_260_101
 """Draws that no fit's seed reaches: fits fold their seed, judges do not."""
 
-TIMED_QUERIES = 2**18
 TIMED_RUNS = 7
 
 
@@ -101,18 +100,14 @@ def picture_errors(pictures: Pictures) -> dict[str, float]:
 
 def evaluation_cost(bundle: Bundle) -> dict[str, float]:
     """Nanoseconds an evaluation: jitted JAX on this processor, and OpenCL's best device where there is one."""
-    wi, wo = (np.asarray(w) for w in draw_weighted(jax.random.key(0), TIMED_QUERIES)[0][:2])
-    material = bundles.material(bundle)
-    evaluate = jax.jit(partial(material.brdf.eval, material.params))
-    query = Query(jnp.asarray(wi), jnp.asarray(wo))
-    cost = {"jax_ns_per_evaluation": _nanoseconds(lambda: jax.block_until_ready(evaluate(query)))}
-    try:
-        context, queue = context_of(choose())
-        loaded = device_material.load(bundle, context)
-        nanoseconds = _nanoseconds(lambda: device_material.evaluate(loaded, queue, wi, wo))
-    except OpenCLError:
-        return cost
-    return cost | {"opencl_ns_per_evaluation": nanoseconds}
+    query = timed_query()
+    runs = {"jax": jax_run(bundle, query)}
+    with contextlib.suppress(OpenCLError):
+        run = opencl_run(DeviceMaterial.load(bundle, context_of(choose())), query)
+        run()
+        runs["opencl"] = run
+    times = interleaved(runs, TIMED_RUNS)
+    return {f"{name}_ns_per_evaluation": 1e9 * float(np.median(of)) / QUERIES for name, of in times.items()}
 
 
 def opencl_device() -> str:
@@ -131,14 +126,3 @@ def describe_truth(source: Source) -> dict[str, Any]:
         "clamped_share": clamped_share(source.material),
         "asymmetry": asymmetry(source.material),
     }
-
-
-def _nanoseconds(run: Callable[[], Any]) -> float:
-    """Median over runs, after one that warms up, for each of the timed queries."""
-    run()
-    seconds = []
-    for _ in range(TIMED_RUNS):
-        clock = time.perf_counter()
-        run()
-        seconds.append(time.perf_counter() - clock)
-    return 1e9 * float(np.median(seconds)) / TIMED_QUERIES

@@ -1,93 +1,240 @@
-"""A bundle on a device, and its evaluation for batches of direction pairs."""
+"""A material on a device: its kernel, its numbers, and their evaluation for batches of direction pairs."""
 
 from __future__ import annotations
 
+import threading
+import warnings
+from collections.abc import Sequence
+from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
 import pyopencl as cl
 
 from jaxbrdf.errors import OpenCLError
+from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.manifest import Manifest
-from jaxbrdf.opencl.arguments import Argument, arguments
-from jaxbrdf.opencl.program import build, model_source
+from jaxbrdf.opencl import tuning
+from jaxbrdf.opencl.arrays import DeviceArray, queries_in
+from jaxbrdf.opencl.parameters import Precision, parameters, stored_precision
+from jaxbrdf.opencl.platform import describe, is_gpu
+from jaxbrdf.opencl.program import build
+from jaxbrdf.opencl.shape import INLINE, Shape
+from jaxbrdf.opencl.source import entry_points, settings
 
-GROUP = 64
-"""The number of work items is a multiple of it, so that any number of queries has groups of a good size."""
+KERNEL = "material"
+PLANAR, INTERLEAVED = np.uint32(0), np.uint32(1)
+READ = cl.map_flags.READ
+
+OUT_OF_MEMORY = {
+    cl.status_code.MEM_OBJECT_ALLOCATION_FAILURE,
+    cl.status_code.OUT_OF_RESOURCES,
+    cl.status_code.OUT_OF_HOST_MEMORY,
+    cl.status_code.INVALID_BUFFER_SIZE,
+}
 
 
-class DeviceMaterial(NamedTuple):
+class Material(NamedTuple):
     """A compiled material.
 
     Attributes:
-        manifest: the bundle's.
+        bundle: what it was made of.
+        precision: of its texels on the device.
+        shape: of its kernel.
         context: the one it was compiled for.
-        program: its kernel `evaluate(count, wi, wo, f, *buffers)`.
-        buffers: the parameters in the device's memory.
+        queue: where `evaluate` runs.
+        kernel: `(count, is_interleaved, wi, wo, f, parameters)`; making one takes longer than a thousand queries.
+        lock: held while the kernel's arguments are set, so that threads may share the material.
+        parameters: in the device's memory.
     """
 
-    manifest: Manifest
+    bundle: Bundle
+    precision: Precision
+    shape: Shape
     context: cl.Context
-    program: cl.Program
-    buffers: tuple[cl.Buffer, ...]
+    queue: cl.CommandQueue
+    kernel: cl.Kernel
+    lock: threading.Lock
+    parameters: cl.Buffer
 
+    @classmethod
+    def load(
+        cls,
+        bundle: Bundle | str | PathLike[str],
+        context: cl.Context,
+        *,
+        precision: Precision | None = None,
+        shape: Shape | None = None,
+    ) -> Material:
+        """The bundle's numbers in the context's memory, and the kernel specialised for what it has.
 
-def load(bundle: Bundle, context: cl.Context) -> DeviceMaterial:
-    """The bundle's parameters in the context's memory and the kernel specialised for its sizes.
+        Args:
+            bundle: or the path of its file.
+            context: made by the caller; the kernel is cut for its first device.
+            precision: of the texels on the device; by default float16 where that holds every one exactly.
+            shape: of the kernel; by default the fastest on this device, found out by a short trial at first use.
 
-    Raises:
-        OpenCLError: if the device's compiler or memory refuses.
-    """
-    parts = arguments(bundle)
-    room = min(device.max_constant_buffer_size for device in context.devices)
-    program = build(context, model_source(bundle.manifest.model), _constants(bundle, parts, room))
-    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-    try:
-        buffers = tuple(cl.Buffer(context, flags, hostbuf=part.values) for part in parts)
-    except cl.Error as error:
-        raise OpenCLError(f"the parameters do not fit on the device: {error}") from None
-    return DeviceMaterial(bundle.manifest, context, program, buffers)
-
-
-def evaluate(material: DeviceMaterial, queue: cl.CommandQueue, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    """f(wi, wo) [1/sr], `(..., 3)` in float32: linear Rec.709, no cosine, zero below the horizon.
-
-    Args:
-        material: on the queue's context.
-        queue: where it runs; the call returns when the values are there.
-        wi: unit vectors to the light, `(..., 3)`, local frame.
-        wo: unit vectors to the viewer, of the same shape.
-
-    Raises:
-        ValueError: if the shapes are not as told.
-        OpenCLError: if the device fails, as when its memory is too small for the batch.
-    """
-    if wi.shape != wo.shape or wi.shape[-1:] != (3,):
-        raise ValueError(f"wi {wi.shape} and wo {wo.shape} must have one shape (..., 3)")
-    f = np.empty(wi.shape, np.float32)
-    if f.size:
+        Raises:
+            DataError: if the file is not a sound bundle.
+            OpenCLError: if the device's compiler or memory refuses.
+            ValueError: of texels beyond the precision's range.
+        """
+        if not isinstance(bundle, Bundle):
+            bundle = bundles.load(bundle)
+        precision = precision or stored_precision(bundle)
+        device = context.devices[0]
+        wanted = shape or tuning.best_shape(device)
+        program, used = _build(context, bundle, precision, wanted)
+        flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         try:
-            _run(material, queue, np.ascontiguousarray(wi, np.float32), np.ascontiguousarray(wo, np.float32), f)
+            numbers = cl.Buffer(context, flags, hostbuf=parameters(bundle, used, precision).values)
+            queue = cl.CommandQueue(context, device)
         except cl.Error as error:
-            raise OpenCLError(f"the device cannot evaluate {f.size // 3} queries: {error}") from None
-    return f
+            raise OpenCLError(f"the parameters do not fit on {describe(device)}: {error}") from None
+        kernel = cl.Kernel(program, f"{KERNEL}_evaluate")
+        return cls(bundle, precision, used, context, queue, kernel, threading.Lock(), numbers)
+
+    @property
+    def manifest(self) -> Manifest:
+        """The bundle's."""
+        return self.bundle.manifest
+
+    def evaluate(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """f(wi, wo) [1/sr], `(..., 3)` in float32: linear Rec.709, no cosine, zero below the horizon, NaN where a
+        component is NaN or infinite. Directions that are not of unit length give a finite value without a meaning.
+
+        A batch that the device's memory does not hold is evaluated in parts, with a warning.
+
+        Args:
+            wi: unit vectors to the light, `(..., 3)`, local frame.
+            wo: unit vectors to the viewer, of the same shape.
+
+        Raises:
+            ValueError: if the shapes are not as told.
+            OpenCLError: if the device fails.
+        """
+        wi, wo = np.asarray(wi), np.asarray(wo)
+        if wi.shape != wo.shape or wi.shape[-1:] != (3,):
+            raise ValueError(f"wi {wi.shape} and wo {wo.shape} must have one shape (..., 3)")
+        f = np.empty(wi.shape, np.float32)
+        rows = [np.ascontiguousarray(w, np.float32).reshape(-1, 3) for w in (wi, wo)]
+        self._evaluate_in_parts(rows[0], rows[1], f.reshape(-1, 3))
+        return f
+
+    def enqueue(
+        self,
+        queue: cl.CommandQueue,
+        wi: DeviceArray,
+        wo: DeviceArray,
+        out: DeviceArray,
+        wait_for: Sequence[cl.Event] | None = None,
+    ) -> cl.Event:
+        """Starts the evaluation of the caller's own arrays, and returns the event of its end. Nothing is copied.
+
+        Args:
+            queue: of the material's context.
+            wi, wo: `(3, n)` float32, all x before all y before all z: buffers, or pyopencl arrays.
+            out: f as `evaluate` gives it, in the same layout; it may not share memory with wi or wo.
+            wait_for: events to wait for first.
+
+        Raises:
+            ValueError: if an array has the wrong size, dtype or context, or out overlaps another.
+            OpenCLError: if the device fails.
+        """
+        if queue.context != self.context:
+            raise ValueError("the queue belongs to another context than the material")
+        count = queries_in(self.context, wi, wo, out)
+        try:
+            return self._enqueue(queue, count, PLANAR, (wi, wo, out), wait_for)
+        except cl.Error as error:
+            raise OpenCLError(f"{describe(queue.device)} cannot evaluate {count} queries: {error}") from None
+
+    def source(self, entry: str = "material_0") -> str:
+        """OpenCL C for a kernel of the caller's own, self-contained.
+
+        It defines `float3 {entry}_eval(float3 wi, float3 wo, __global const float *parameters)`, to be called inline
+        with a buffer that holds `inline_parameters()`.
+
+        Sources of several materials may stand in one program, each with its own entry.
+
+        Raises:
+            ValueError: if `entry` is not an identifier.
+        """
+        if not entry.isidentifier():
+            raise ValueError(f"entry {entry!r} is not an identifier")
+        macros = parameters(self.bundle, INLINE, self.precision).macros
+        unroll = is_gpu(self.context.devices[0])
+        points = entry_points(self.manifest.model, "inline", macros, prefix=entry)
+        return settings(INLINE, self.precision, unroll=unroll) + points
+
+    def inline_parameters(self) -> np.ndarray:
+        """The numbers that `source`'s function reads, float32."""
+        return parameters(self.bundle, INLINE, self.precision).values
+
+    def _enqueue(
+        self,
+        queue: cl.CommandQueue,
+        count: int,
+        layout: np.uint32,
+        arrays: Sequence[DeviceArray],
+        wait_for: Sequence[cl.Event] | None,
+    ) -> cl.Event:
+        if count == 0:
+            return cl.enqueue_marker(queue, wait_for=wait_for)
+        buffers = [getattr(array, "data", array) for array in arrays]
+        grid, group = self.shape.grid(count), (self.shape.group,)
+        with self.lock:
+            self.kernel.set_args(np.uint64(count), layout, *buffers, self.parameters)
+            return cl.enqueue_nd_range_kernel(queue, self.kernel, grid, group, wait_for=wait_for)
+
+    def _evaluate_in_parts(self, wi: np.ndarray, wo: np.ndarray, f: np.ndarray) -> None:
+        start, size = 0, len(f)
+        while start < len(f):
+            part = slice(start, start + size)
+            try:
+                self._evaluate_part(wi[part], wo[part], f[part])
+                start += size
+            except cl.Error as error:
+                device = describe(self.queue.device)
+                if error.code not in OUT_OF_MEMORY or size == 1:
+                    raise OpenCLError(f"{device} cannot evaluate {size} queries: {error}") from None
+                size = -(-size // 2)
+                warnings.warn(f"{device} has no room for the batch: going on in parts", RuntimeWarning, stacklevel=3)
+
+    def _evaluate_part(self, wi: np.ndarray, wo: np.ndarray, f: np.ndarray) -> None:
+        """Interleaved arrays of the host; a processor reads and writes them where they are."""
+        flags, shares = cl.mem_flags, not is_gpu(self.queue.device)
+        source = flags.READ_ONLY | (flags.USE_HOST_PTR if shares else flags.COPY_HOST_PTR)
+        inputs = [cl.Buffer(self.context, source, hostbuf=w) for w in (wi, wo)]
+        if not shares:
+            output = cl.Buffer(self.context, flags.WRITE_ONLY, f.nbytes)
+            event = self._enqueue(self.queue, len(f), INTERLEAVED, (*inputs, output), None)
+            cl.enqueue_copy(self.queue, f, output, wait_for=[event])
+            return
+        output = cl.Buffer(self.context, flags.WRITE_ONLY | flags.USE_HOST_PTR, hostbuf=f)
+        event = self._enqueue(self.queue, len(f), INTERLEAVED, (*inputs, output), None)
+        # the one wait: each takes as long as some hundred queries
+        mapped, _ = cl.enqueue_map_buffer(self.queue, output, READ, 0, f.shape, f.dtype, wait_for=[event])
+        mapped.base.release(self.queue)  # pyright: ignore[reportCallIssue]
 
 
-def _run(material: DeviceMaterial, queue: cl.CommandQueue, wi: np.ndarray, wo: np.ndarray, f: np.ndarray) -> None:
-    count = f.size // 3
-    inputs = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-    wi_buffer, wo_buffer = (cl.Buffer(material.context, inputs, hostbuf=w) for w in (wi, wo))
-    f_buffer = cl.Buffer(material.context, cl.mem_flags.WRITE_ONLY, f.nbytes)
-    kernel = cl.Kernel(material.program, "evaluate")
-    kernel.set_args(np.uint64(count), wi_buffer, wo_buffer, f_buffer, *material.buffers)
-    cl.enqueue_nd_range_kernel(queue, kernel, (-(-count // GROUP) * GROUP,), None)
-    cl.enqueue_copy(queue, f, f_buffer, is_blocking=True)
+def _build(context: cl.Context, bundle: Bundle, precision: Precision, shape: Shape) -> tuple[cl.Program, Shape]:
+    """The program of the shape, or of the next narrower one that the device's compiler takes."""
+    try:
+        return build(context, kernel_source(bundle, precision, shape, context.devices[0])), shape
+    except OpenCLError as error:
+        smaller = tuning.narrower(shape)
+        if smaller is None:
+            raise
+        warnings.warn(f"width {shape.width}: {error}; trying width {smaller.width}", RuntimeWarning, stacklevel=4)
+        return _build(context, bundle, precision, smaller)
 
 
-def _constants(bundle: Bundle, parts: list[Argument], room: int) -> dict[str, str]:
-    """Macros of a device with `room` bytes of constant memory."""
-    sizes = {name: value for part in parts for name, value in part.constants.items()}
-    weights = sum(part.values.nbytes for part in parts if part.is_weight)
-    variants = {"ISOTROPIC": bundle.manifest.isotropic, "WEIGHTS_OUTGROW_CONSTANT_MEMORY": weights > room}
-    return sizes | {name: "" for name, holds in variants.items() if holds}
+def kernel_source(bundle: Bundle, precision: Precision, shape: Shape, device: cl.Device) -> str:
+    """The program of the kernel `material_evaluate`."""
+    macros = parameters(bundle, shape, precision).macros
+    fits = 4 * int(macros["JB_WEIGHT_COUNT"]) <= device.local_mem_size // 2
+    weights = "__local" if is_gpu(device) and fits else "__global"
+    points = entry_points(bundle.manifest.model, "evaluate", macros, prefix=KERNEL)
+    return settings(shape, precision, weights=weights, unroll=is_gpu(device)) + points

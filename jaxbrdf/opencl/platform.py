@@ -54,15 +54,14 @@ def choose(*, which: str | None = None) -> cl.Device:
     return fitting[0]
 
 
-def context_of(device: cl.Device) -> tuple[cl.Context, cl.CommandQueue]:
-    """A context of the one device, and a queue on it.
+def context_of(device: cl.Device) -> cl.Context:
+    """A context of the one device.
 
     Raises:
         OpenCLError: if the device refuses.
     """
     try:
-        context = cl.Context([device])
-        return context, cl.CommandQueue(context)
+        return cl.Context([device])
     except cl.Error as error:
         raise OpenCLError(f"{describe(device)} cannot be used: {error}") from None
 
@@ -74,12 +73,23 @@ def describe(device: cl.Device) -> str:
     return f"{device.name} ({device.platform.name}, {version})"
 
 
+def identity(device: cl.Device) -> str:
+    """All that a compiled program or a measurement on the device depends on."""
+    platform = device.platform
+    parts = platform.name, platform.version, device.name, device.vendor, device.version, device.driver_version
+    return "; ".join(parts)
+
+
+def is_gpu(device: cl.Device) -> bool:
+    """Whether work items run in lockstep and share their registers, as on a GPU."""
+    return bool(device.type & cl.device_type.GPU)
+
+
 def worth(device: cl.Device) -> Worth:
     """The device's rank among others."""
     pocl = re.search(r"PoCL (\d+)\.(\d+)", device.platform.version, re.IGNORECASE)
-    is_gpu = bool(device.type & cl.device_type.GPU)
     version = tuple(map(int, pocl.groups())) if pocl else ()
-    return Worth(is_gpu, not pocl, version)
+    return Worth(is_gpu(device), not pocl, version)
 
 
 def _platforms() -> list[cl.Platform]:

@@ -1,53 +1,68 @@
-"""Kernel sources, specialised and compiled."""
+"""OpenCL C compiled for a device, and kept on disk."""
 
 from __future__ import annotations
 
+import contextlib
 import warnings
-from collections.abc import Mapping
-from importlib.resources import files
-from importlib.resources.abc import Traversable
+from typing import Any
 
 import pyopencl as cl
 
 from jaxbrdf.errors import OpenCLError
+from jaxbrdf.opencl import cache
+from jaxbrdf.opencl.platform import identity
+
+OPTIONS = ("-cl-std=CL1.2", "-w")
 
 
-def model_source(model: str) -> str:
-    """The OpenCL C of a model, by its name in `models.table.MODELS`."""
-    return files("kernels_cl").joinpath("models", f"{model.replace('-', '_')}.cl").read_text()
-
-
-def build(context: cl.Context, source: str, constants: Mapping[str, str]) -> cl.Program:
-    """`source` compiled for the context's devices, where it may include any file of kernels_cl/include by its name.
+def build(context: cl.Context, source: str) -> cl.Program:
+    """`source` compiled for the context's devices: from the cache where the same was compiled before.
 
     Args:
         context: made by the caller.
-        source: OpenCL C 1.2.
-        constants: macros: sizes, and the names of variants, with an empty value.
+        source: OpenCL C 1.2, self-contained.
 
     Raises:
         OpenCLError: with the first error of the device's compiler.
     """
-    macros = [f"-D{name}={value}" for name, value in constants.items()]
-    headers = [(file.name, cl.Program(context, file.read_text())) for file in _included_files()]
+    devices = context.devices
+    if len(devices) > 1:
+        return _compile(context, source)
+    name = cache.key(source, *OPTIONS, identity(devices[0]))
+    program = _from_cache(context, name)
+    if program is None:
+        program = _compile(context, source)
+        binaries: Any = program.get_info(cl.program_info.BINARIES)
+        cache.write(name, binaries[0])
+    return program
+
+
+def _from_cache(context: cl.Context, name: str) -> cl.Program | None:
+    binary = cache.read(name)
+    if binary is None:
+        return None
+    # a driver may refuse what it wrote itself, as after an update that left its version alone
+    with contextlib.suppress(cl.Error), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return cl.Program(context, context.devices, [binary]).build()
+    return None
+
+
+def _compile(context: cl.Context, source: str) -> cl.Program:
     program = cl.Program(context, source)
+    # pyopencl's own cache would hold the same a second time
+    no_cache: Any = False
     with warnings.catch_warnings():
-        # remarks of the driver, and pyopencl's that its cache cannot serve programs with headers: drivers have theirs
+        # remarks of the driver, which come as warnings
         warnings.simplefilter("ignore")
         try:
-            program.compile(["-cl-std=CL1.2", *macros], headers=headers)
-            return cl.link_program(context, [program])
+            return program.build(list(OPTIONS), cache_dir=no_cache)
         except cl.Error as error:
-            fault = _first_fault(program, context) or str(error)
+            fault = _first_fault(error)
             raise OpenCLError(f"the OpenCL compiler refuses the program: {fault}") from None
 
 
-def _included_files() -> list[Traversable]:
-    """Handed to the compiler as texts: an -I with a space in its path is more than some drivers bear."""
-    return [file for file in files("kernels_cl").joinpath("include").iterdir() if file.name.endswith(".cl")]
-
-
-def _first_fault(program: cl.Program, context: cl.Context) -> str:
-    logs = [str(program.get_build_info(device, cl.program_build_info.LOG)) for device in context.devices]
-    lines = [line.strip() for log in logs for line in log.splitlines() if line.strip()]
-    return next((line for line in lines if "error:" in line), "")
+def _first_fault(error: cl.Error) -> str:
+    """The first line of the log that tells an error, else the first line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return next((line for line in lines if "error:" in line), lines[0])

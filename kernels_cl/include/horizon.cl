@@ -1,25 +1,16 @@
-// The growth towards the horizon, if HORIZON is: the counterpart of jaxbrdf/models/horizon.py.
-#ifndef JAXBRDF_HORIZON_CL
-#define JAXBRDF_HORIZON_CL
+// The growth towards the horizon: the counterpart of jaxbrdf/models/horizon.py.
+#ifndef JB_HORIZON_CL
+#define JB_HORIZON_CL
 
-#include "memory.cl"
+#include "numerics.cl"
 
-#ifdef HORIZON
+#define JB_LEAST_COSINE 1e-6f
 
-#define HORIZON_PARAMETER , WEIGHTS float *horizon
-#define HORIZON_ARGUMENT , horizon
-#define LEAST_COSINE 1e-6f
-
-// ln((1 / cos_i + 1 / cos_o) / 2).
-float log_mean_secant(const float3 wi, const float3 wo) {
-    return log(0.5f / fmax(wi.z, LEAST_COSINE) + 0.5f / fmax(wo.z, LEAST_COSINE));
+// ln((1 / cos_i + 1 / cos_o) / 2), one division for both.
+jb_real jb_log_mean_secant(const jb_real3 wi, const jb_real3 wo) {
+    const jb_real i = jb_max(wi.z, JB_REAL(JB_LEAST_COSINE));
+    const jb_real o = jb_max(wo.z, JB_REAL(JB_LEAST_COSINE));
+    return 0.693147182f * jb_log2(0.5f * (i + o) / (i * o));
 }
-
-#else
-
-#define HORIZON_PARAMETER
-#define HORIZON_ARGUMENT
-
-#endif
 
 #endif

@@ -1,44 +1,41 @@
-// ln f = MLP(T(H, warp(wh)), T(D, warp(wd))) + k ln(mean secant): the counterpart of jaxbrdf/models/gated.py. The last
-// term is there if HORIZON is.
+// ln f = MLP(T(H, warp(wh)), T(D, warp(wd))) + k ln(mean secant): the counterpart of jaxbrdf/models/gated.py. What a
+// material does not have is not compiled: JB_ISOTROPIC has no azimuth of wh, JB_WARP_H and JB_WARP_D are the places of the
+// warps, JB_HORIZON that of the growth's exponent.
 #include "angular.cl"
 #include "horizon.cl"
-#include "mlp.cl"
+#include "network.cl"
 #include "output.cl"
 #include "polar.cl"
 
-float3 model(
-    const float3 wi, const float3 wo, __global const float *h, __global const float *d, WEIGHTS float *warp_h,
-    WEIGHTS float *warp_d, WEIGHTS float *mlp HORIZON_PARAMETER) {
-    const HalfDifference at = half_difference(wi, wo);
-    const float r_h = radial_warp(warp_h, WARP_H_TERMS, disk_radius(at.wh));
-    const float r_d = radial_warp(warp_d, WARP_D_TERMS, disk_radius(at.wd));
-    float x[MLP_WIDEST];
-#ifdef ISOTROPIC
-    radial_fetch(h, H_RADII, H_CHANNELS, r_h, x);
+jb_real3 JB_NAME(model)(
+    const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights, __global const jb_stored *texels) {
+    const jb_HalfDifference at = jb_half_difference(wi, wo);
+    jb_real r_h = jb_disk_radius(at.wh);
+    jb_real r_d = jb_disk_radius(at.wd);
+#ifdef JB_WARP_H
+    r_h = jb_radial_warp(weights + JB_WARP_H, JB_WARP_H_TERMS, r_h);
+#endif
+#ifdef JB_WARP_D
+    r_d = jb_radial_warp(weights + JB_WARP_D, JB_WARP_D_TERMS, r_d);
+#endif
+#ifdef JB_HORIZON
+    const jb_real growth = weights[JB_HORIZON] * jb_log_mean_secant(wi, wo);
+#endif
+    jb_real first[JB_MLP_WIDEST], second[JB_MLP_WIDEST];
+    jb_real *x = first, *y = second;
+#ifdef JB_ISOTROPIC
+    jb_radial_fetch(texels + JB_H, JB_H_RADII, JB_H_CHANNELS, r_h, x);
 #else
-    angular_fetch(h, H_RADII, H_AZIMUTHS, H_CHANNELS, r_h, disk_turn(at.wh, 2.0f * M_PI_F), x);
+    jb_angular_fetch(texels + JB_H, JB_H_RADII, JB_H_AZIMUTHS, JB_H_CHANNELS, r_h, jb_full_turn(at.wh), x);
 #endif
-    angular_fetch(d, D_RADII, D_AZIMUTHS, D_CHANNELS, r_d, disk_turn(at.wd, M_PI_F), x + H_CHANNELS);
-    mlp_apply(mlp, x);
-#ifdef HORIZON
-    const float growth = *horizon * log_mean_secant(wi, wo);
-    x[0] += growth;
-    x[1] += growth;
-    x[2] += growth;
+    jb_angular_fetch(
+        texels + JB_D, JB_D_RADII, JB_D_AZIMUTHS, JB_D_CHANNELS, r_d, jb_half_turn(at.wd), x + JB_H_CHANNELS);
+    weights += JB_MLP;
+    JB_MLP_LAYERS(JB_LAYER)
+#ifdef JB_HORIZON
+    const jb_real3 f = {jb_reflectance(x[0] + growth), jb_reflectance(x[1] + growth), jb_reflectance(x[2] + growth)};
+#else
+    const jb_real3 f = {jb_reflectance(x[0]), jb_reflectance(x[1]), jb_reflectance(x[2])};
 #endif
-    return reflectance(x);
-}
-
-// f of `count` pairs, each array `(count, 3)`.
-__kernel void evaluate(
-    const ulong count, __global const float *wi, __global const float *wo, __global float *f, __global const float *h,
-    __global const float *d, WEIGHTS float *warp_h, WEIGHTS float *warp_d, WEIGHTS float *mlp HORIZON_PARAMETER) {
-    const size_t i = get_global_id(0);
-    if (i >= count) {
-        return;
-    }
-    const float3 light = vload3(i, wi);
-    const float3 view = vload3(i, wo);
-    const bool lit = above_horizon(light, view);
-    vstore3(lit ? model(light, view, h, d, warp_h, warp_d, mlp HORIZON_ARGUMENT) : (float3)(0.0f), i, f);
+    return jb_above_horizon(wi, wo, f);
 }

@@ -1,28 +1,26 @@
-// ln f = MLP(wh, wd): the counterpart of jaxbrdf/models/nbrdf.py.
+// ln f = MLP(wh, wd): the counterpart of jaxbrdf/models/nbrdf.py. With JB_ISOTROPIC wh has no y,
+// and the network no weights for it.
 #include "directions.cl"
-#include "mlp.cl"
+#include "network.cl"
 #include "output.cl"
 
-float3 model(const float3 wi, const float3 wo, WEIGHTS float *mlp) {
-    const HalfDifference at = half_difference(wi, wo);
-#ifdef ISOTROPIC
-    const float3 wh = (float3)(sin_theta(at.wh), 0.0f, at.wh.z);
+jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights) {
+    const jb_HalfDifference at = jb_half_difference(wi, wo);
+    jb_real first[JB_MLP_WIDEST], second[JB_MLP_WIDEST];
+    jb_real *x = first, *y = second;
+    int n = 0;
+#ifdef JB_ISOTROPIC
+    x[n++] = jb_sin_theta(at.wh);
 #else
-    const float3 wh = at.wh;
+    x[n++] = at.wh.x;
+    x[n++] = at.wh.y;
 #endif
-    float x[MLP_WIDEST] = {wh.x, wh.y, wh.z, at.wd.x, at.wd.y, at.wd.z};
-    mlp_apply(mlp, x);
-    return reflectance(x);
-}
-
-// f of `count` pairs, each array `(count, 3)`.
-__kernel void evaluate(
-    const ulong count, __global const float *wi, __global const float *wo, __global float *f, WEIGHTS float *mlp) {
-    const size_t i = get_global_id(0);
-    if (i >= count) {
-        return;
-    }
-    const float3 light = vload3(i, wi);
-    const float3 view = vload3(i, wo);
-    vstore3(above_horizon(light, view) ? model(light, view, mlp) : (float3)(0.0f), i, f);
+    x[n++] = at.wh.z;
+    x[n++] = at.wd.x;
+    x[n++] = at.wd.y;
+    x[n++] = at.wd.z;
+    weights += JB_MLP;
+    JB_MLP_LAYERS(JB_LAYER)
+    const jb_real3 f = {jb_reflectance(x[0]), jb_reflectance(x[1]), jb_reflectance(x[2])};
+    return jb_above_horizon(wi, wo, f);
 }

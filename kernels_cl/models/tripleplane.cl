@@ -1,32 +1,25 @@
-// ln f = MLP(T(H, wh), T(D, wd)): the counterpart of jaxbrdf/models/tripleplane.py.
+// ln f = MLP(T(H, wh), T(D, wd)): the counterpart of jaxbrdf/models/tripleplane.py. JB_ISOTROPIC has no azimuth of wh.
 #include "angular.cl"
-#include "mlp.cl"
+#include "network.cl"
 #include "output.cl"
 #include "polar.cl"
 
-float3 model(
-    const float3 wi, const float3 wo, __global const float *h, __global const float *d, WEIGHTS float *mlp) {
-    const HalfDifference at = half_difference(wi, wo);
-    float x[MLP_WIDEST];
-#ifdef ISOTROPIC
-    radial_fetch(h, H_RADII, H_CHANNELS, disk_radius(at.wh), x);
+jb_real3 JB_NAME(model)(
+    const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights, __global const jb_stored *texels) {
+    const jb_HalfDifference at = jb_half_difference(wi, wo);
+    const jb_real r_h = jb_disk_radius(at.wh);
+    const jb_real r_d = jb_disk_radius(at.wd);
+    jb_real first[JB_MLP_WIDEST], second[JB_MLP_WIDEST];
+    jb_real *x = first, *y = second;
+#ifdef JB_ISOTROPIC
+    jb_radial_fetch(texels + JB_H, JB_H_RADII, JB_H_CHANNELS, r_h, x);
 #else
-    angular_fetch(h, H_RADII, H_AZIMUTHS, H_CHANNELS, disk_radius(at.wh), disk_turn(at.wh, 2.0f * M_PI_F), x);
+    jb_angular_fetch(texels + JB_H, JB_H_RADII, JB_H_AZIMUTHS, JB_H_CHANNELS, r_h, jb_full_turn(at.wh), x);
 #endif
-    angular_fetch(d, D_RADII, D_AZIMUTHS, D_CHANNELS, disk_radius(at.wd), disk_turn(at.wd, M_PI_F), x + H_CHANNELS);
-    mlp_apply(mlp, x);
-    return reflectance(x);
-}
-
-// f of `count` pairs, each array `(count, 3)`.
-__kernel void evaluate(
-    const ulong count, __global const float *wi, __global const float *wo, __global float *f, __global const float *h,
-    __global const float *d, WEIGHTS float *mlp) {
-    const size_t i = get_global_id(0);
-    if (i >= count) {
-        return;
-    }
-    const float3 light = vload3(i, wi);
-    const float3 view = vload3(i, wo);
-    vstore3(above_horizon(light, view) ? model(light, view, h, d, mlp) : (float3)(0.0f), i, f);
+    jb_angular_fetch(
+        texels + JB_D, JB_D_RADII, JB_D_AZIMUTHS, JB_D_CHANNELS, r_d, jb_half_turn(at.wd), x + JB_H_CHANNELS);
+    weights += JB_MLP;
+    JB_MLP_LAYERS(JB_LAYER)
+    const jb_real3 f = {jb_reflectance(x[0]), jb_reflectance(x[1]), jb_reflectance(x[2])};
+    return jb_above_horizon(wi, wo, f);
 }

@@ -24,7 +24,8 @@ class Device(NamedTuple):
 @pytest.fixture(scope="session", params=DEVICES, ids=platform.describe)
 def opencl(request: pytest.FixtureRequest) -> Device:
     """Each device in turn."""
-    return Device(request.param, *platform.context_of(request.param))
+    context = platform.context_of(request.param)
+    return Device(request.param, context, cl.CommandQueue(context))
 
 
 @pytest.fixture(scope="session", autouse=True)

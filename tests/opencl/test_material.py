@@ -3,14 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jaxbrdf.opencl.material import DeviceMaterial, evaluate, load
+from jaxbrdf.opencl import Material
 from tests.export.bundles import small_bundle
 from tests.opencl.conftest import Device
 
 
 @pytest.fixture(scope="module")
-def loaded(opencl: Device) -> DeviceMaterial:
-    return load(small_bundle(), opencl.context)
+def loaded(opencl: Device) -> Material:
+    return Material.load(small_bundle(), opencl.context)
 
 
 def directions(shape: tuple[int, ...]) -> np.ndarray:
@@ -19,39 +19,35 @@ def directions(shape: tuple[int, ...]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("shape", [(), (1,), (63,), (64,), (65,), (5, 13), (2, 3, 4)])
-def test_any_batch_shape_gives_each_querys_own_value(opencl: Device, loaded: DeviceMaterial, shape: tuple[int, ...]):
+def test_any_batch_shape_gives_each_querys_own_value(loaded: Material, shape: tuple[int, ...]):
     wi, wo = directions(shape), directions((*shape, 1))[..., 0, :]
-    f = evaluate(loaded, opencl.queue, wi, wo)
+    f = loaded.evaluate(wi, wo)
     assert f.shape == wi.shape
     assert f.dtype == np.float32
-    one_by_one = [
-        evaluate(loaded, opencl.queue, a, b) for a, b in zip(wi.reshape(-1, 3), wo.reshape(-1, 3), strict=True)
-    ]
+    one_by_one = [loaded.evaluate(a, b) for a, b in zip(wi.reshape(-1, 3), wo.reshape(-1, 3), strict=True)]
     np.testing.assert_array_equal(f.reshape(-1, 3), one_by_one)
 
 
-def test_no_query_gives_no_value(opencl: Device, loaded: DeviceMaterial):
+def test_no_query_gives_no_value(loaded: Material):
     nothing = np.zeros((0, 3), np.float32)
-    assert evaluate(loaded, opencl.queue, nothing, nothing).shape == (0, 3)
+    assert loaded.evaluate(nothing, nothing).shape == (0, 3)
 
 
-def test_other_layouts_are_taken(opencl: Device, loaded: DeviceMaterial):
+def test_other_layouts_are_taken(loaded: Material):
     w = directions((64,))
-    wanted = evaluate(loaded, opencl.queue, w[::2], w[1::2])
-    np.testing.assert_array_equal(
-        evaluate(loaded, opencl.queue, np.asfortranarray(w[::2]), w[1::2].astype(np.float64)), wanted
-    )
+    wanted = loaded.evaluate(w[::2], w[1::2])
+    np.testing.assert_array_equal(loaded.evaluate(np.asfortranarray(w[::2]), w[1::2].astype(np.float64)), wanted)
 
 
 @pytest.mark.parametrize(("wi", "wo"), [((4, 3), (5, 3)), ((4, 2), (4, 2)), ((3,), (1, 3)), ((), ())])
-def test_wrong_shapes_are_refused(opencl: Device, loaded: DeviceMaterial, wi: tuple[int, ...], wo: tuple[int, ...]):
+def test_wrong_shapes_are_refused(loaded: Material, wi: tuple[int, ...], wo: tuple[int, ...]):
     with pytest.raises(ValueError, match=r"must have one shape \(\.\.\., 3\)"):
-        evaluate(loaded, opencl.queue, np.zeros(wi), np.zeros(wo))
+        loaded.evaluate(np.zeros(wi), np.zeros(wo))
 
 
-def test_directions_that_are_not_finite_do_not_read_outside(opencl: Device, loaded: DeviceMaterial):
+def test_directions_that_are_not_finite_do_not_read_outside(loaded: Material):
     bad = np.array(
         [[np.nan, 0, 1], [np.inf, 0, 1], [np.nan] * 3, [1e38, 1e38, 1e38], [np.inf, np.nan, np.inf]], np.float32
     )
     wi, wo = np.repeat(bad, len(bad), axis=0), np.tile(bad, (len(bad), 1))
-    assert evaluate(loaded, opencl.queue, wi, wo).shape == (25, 3)
+    assert loaded.evaluate(wi, wo).shape == (25, 3)

@@ -10,10 +10,12 @@ from jaxbrdf.checks.finite import hard_queries
 from jaxbrdf.checks.parity import demanding_queries, jax_values, opencl_parity, random_params
 from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
-from jaxbrdf.opencl import material
+from jaxbrdf.opencl import Material
+from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.types import Query
 from tests.export.bundles import VARIANTS, bundle_of, demanding_bundle
 from tests.opencl.conftest import Device
+from tests.opencl.kernels import SHAPES
 
 
 @cache
@@ -60,10 +62,15 @@ def expected_of_half() -> np.ndarray:
     return jax_values(from_bytes(to_bytes(stored("tripleplane odd sizes"), precision="float16"), "half"), queries())
 
 
-def test_weights_that_outgrow_constant_memory_are_read_elsewhere(opencl: Device):
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+def test_every_width_gives_what_jax_gives(opencl: Device, shape: Shape):
+    variant = "gated horizon"
+    assert opencl_parity(stored(variant), opencl.device, queries(), expected(variant), shape=shape).violation <= 1.0
+
+
+def test_a_network_far_wider_than_registers(opencl: Device):
     config = NbrdfConfig(hidden=(400, 400))
     bundle = bundle_of("nbrdf", config, random_params(1, nbrdf(config)))
-    assert opencl.device.max_constant_buffer_size < sum(leaf.nbytes for leaf in bundle.params.weights)
     assert opencl_parity(bundle, opencl.device, few_queries(), jax_values(bundle, few_queries())).violation <= 1.0
 
 
@@ -71,7 +78,7 @@ def test_weights_that_outgrow_constant_memory_are_read_elsewhere(opencl: Device)
 def test_nothing_is_reflected_below_the_horizon(opencl: Device, variant: str):
     query = hard_queries()
     wi, wo = np.asarray(query.wi), np.asarray(query.wo)
-    f = material.evaluate(material.load(stored(variant), opencl.context), opencl.queue, wi, wo)
+    f = Material.load(stored(variant), opencl.context).evaluate(wi, wo)
     lit = (wi[:, 2] > 1e-37) & (wo[:, 2] > 1e-37)
     assert (f[~lit] == 0).all()
     assert (f[lit] > 0).all()

@@ -1,0 +1,153 @@
+"""A bundle's parameters as kernels read them: sizes and places as macros, numbers as one array."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.models.mlp import Mlp
+from jaxbrdf.models.warp import RadialWarp, shares_and_exponents
+from jaxbrdf.opencl.shape import Shape
+from jaxbrdf.texture.angular import is_texture
+
+BLOCK = 8
+"""Channels that a lookup reads at once: texels are padded to whole blocks."""
+
+ALIGNMENT = 16
+"""Floats between which texels may begin: a cache line."""
+
+LARGEST = 2**31
+"""Elements of all textures together: kernels count them in 32 bits."""
+
+UNREAD_INPUTS = {"nbrdf": 1, "naive-mlp": 4}
+"""The network's input that is zero for an isotropic material, y of wh or of wo: its weights are left out."""
+
+Precision = Literal["float16", "float32"]
+
+
+class Parameters(NamedTuple):
+    """One material's numbers and what they mean.
+
+    Attributes:
+        macros: names and values of sizes, of places in the array, and of the effects that there are.
+        values: float32: the weights, then from `JB_TEXELS` on the texels, two to a number where they are float16.
+    """
+
+    macros: dict[str, str]
+    values: np.ndarray
+
+
+def stored_precision(bundle: Bundle) -> Precision:
+    """float16 where that holds every texel exactly, as after a fit that was stored so."""
+    textures = [leaf for leaf in _fields(bundle).values() if _is_texture(leaf)]
+    with np.errstate(over="ignore"):
+        exact = all(np.array_equal(texture.astype(np.float16), texture) for texture in textures)
+    return "float16" if textures and exact else "float32"
+
+
+def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters:
+    """The array that kernels of `shape` read, its texels stored in `precision`.
+
+    Raises:
+        ValueError: of textures that are too large for kernels, or of texels beyond the precision's range.
+    """
+    macros: dict[str, str] = {"JB_ISOTROPIC": ""} if bundle.manifest.isotropic else {}
+    weights, texels = _Writer(), _Writer()
+    for name, value in _fields(bundle).items():
+        place = f"JB_{name.upper()}"
+        if isinstance(value, Mlp):
+            macros |= weights.write(place, *network(_read_inputs(bundle, value), shape))
+        elif isinstance(value, RadialWarp):
+            shares = np.concatenate([np.asarray(part) for part in shares_and_exponents(value)])
+            macros |= weights.write(place, {f"{place}_TERMS": str(shares.size // 2)}, shares)
+        elif _is_texture(value):
+            macros |= texels.write(place, *_texture(place, value))
+        elif value is not None:
+            macros |= weights.write(place, {}, np.reshape(value, 1))
+    values = weights.values()
+    macros["JB_WEIGHT_COUNT"] = str(values.size)
+    if texels.size == 0:
+        return Parameters(macros, values)
+    beginning = -(-values.size // ALIGNMENT) * ALIGNMENT
+    padding = np.zeros(beginning - values.size, np.float32)
+    stored = _narrowed(texels.values(), precision)
+    return Parameters(macros | {"JB_TEXELS": str(beginning)}, np.concatenate([values, padding, stored]))
+
+
+class _Writer:
+    """Arrays one behind the other, with a macro for the place of each."""
+
+    def __init__(self) -> None:
+        self.size = 0
+        self._parts: list[np.ndarray] = []
+
+    def write(self, place: str, macros: dict[str, str], part: np.ndarray) -> dict[str, str]:
+        beginning, self.size = self.size, self.size + part.size
+        self._parts.append(part)
+        if self.size >= LARGEST:
+            raise ValueError(f"textures of {self.size} numbers are more than kernels can count")
+        return {place: str(beginning), **macros}
+
+    def values(self) -> np.ndarray:
+        return np.concatenate([np.zeros(0, np.float32), *self._parts], dtype=np.float32)
+
+
+def _fields(bundle: Bundle) -> dict[str, Any]:
+    params = bundle.params
+    return {"mlp": params} if isinstance(params, Mlp) else params._asdict()
+
+
+def _is_texture(value: Any) -> bool:
+    return hasattr(value, "ndim") and is_texture(value)
+
+
+def _read_inputs(bundle: Bundle, mlp: Mlp) -> Mlp:
+    """The network without the input that is zero for this material."""
+    model = bundle.manifest.model
+    if not (bundle.manifest.isotropic and model in UNREAD_INPUTS):
+        return mlp
+    first: Any = np.delete(mlp.weights[0], UNREAD_INPUTS[model], axis=0)
+    return Mlp((first, *mlp.weights[1:]), mlp.biases)
+
+
+def network(mlp: Mlp, shape: Shape, *, activation: str = "silu") -> tuple[dict[str, str], np.ndarray]:
+    """Macros and numbers of a network: of each tile of a layer its biases, then its weights input by input.
+
+    Args:
+        mlp: weights `(n_in, n_out)` and biases.
+        shape: of the kernel.
+        activation: after every layer but the last, `silu` or `relu`.
+    """
+    layers, parts = [], []
+    activations = [activation] * (len(mlp.biases) - 1) + ["linear"]
+    for weight, bias, activation in zip(mlp.weights, mlp.biases, activations, strict=True):
+        tiles = shape.tiles(bias.size)
+        layers.append(tiles.layer(weight.shape[0], activation))
+        for rows in tiles.slices():
+            parts += [bias[rows], weight[:, rows].ravel()]
+    widest = max(mlp.weights[0].shape[0], *(bias.size for bias in mlp.biases))
+    macros = {"JB_MLP_LAYERS(LAYER)": " ".join(layers), "JB_MLP_WIDEST": str(widest)}
+    return macros, np.concatenate(parts, dtype=np.float32)
+
+
+def _texture(place: str, texture: np.ndarray) -> tuple[dict[str, str], np.ndarray]:
+    """Texels (n_r, n_phi + 1, channels), the first column again after the last; without azimuth (n_r, channels)."""
+    channels, n_r, n_phi = texture.shape
+    macros = {f"{place}_CHANNELS": channels, f"{place}_RADII": n_r, f"{place}_AZIMUTHS": n_phi}
+    texels = np.moveaxis(texture, 0, -1)
+    if n_phi > 1:
+        texels = np.concatenate([texels, texels[:, :1]], axis=1)
+    padded = np.pad(texels, ((0, 0), (0, 0), (0, -channels % BLOCK)))
+    return {name: str(value) for name, value in macros.items()}, padded.ravel()
+
+
+def _narrowed(texels: np.ndarray, precision: Precision) -> np.ndarray:
+    """The texels in `precision`, as an array of float32 that a kernel reads as it is told to."""
+    if precision == "float32":
+        return texels
+    largest = float(np.abs(texels).max(initial=0.0))
+    if largest > float(np.finfo(np.float16).max):
+        raise ValueError(f"a texel of {largest:.3g} is beyond the range of float16: store it in float32")
+    return texels.astype(np.float16).view(np.float32)

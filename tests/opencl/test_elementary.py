@@ -1,0 +1,103 @@
+"""The elementary functions of kernels_cl over their whole range, at every width, against float64."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.special import expit
+
+from jaxbrdf.opencl.shape import Shape
+from tests.opencl.conftest import Device
+from tests.opencl.kernels import SHAPES, run
+
+COUNT = 200_000
+TINY = 4.7019774e-38
+LARGEST = 3.4028e38
+
+
+class Function(NamedTuple):
+    """A function, its range, and the bounds that its comment states.
+
+    Attributes:
+        name: in OpenCL.
+        exact: in float64.
+        x: where it is tried, float32.
+        relative: the error allowed, over the exact value.
+        by_x: what is allowed besides, over |x|, or over |x exact value| where `relative` is given too.
+    """
+
+    name: str
+    exact: Callable[[np.ndarray], np.ndarray]
+    x: np.ndarray
+    relative: float
+    by_x: float
+
+
+def spread(low: float, high: float) -> np.ndarray:
+    """Positive numbers evenly spread in the logarithm, ends included."""
+    return np.geomspace(low, high, COUNT).astype(np.float32)
+
+
+def even(low: float, high: float) -> np.ndarray:
+    return np.linspace(low, high, COUNT).astype(np.float32)
+
+
+def signed(x: np.ndarray) -> np.ndarray:
+    return np.concatenate([x[::2], -x[::2]])
+
+
+FUNCTIONS = (
+    Function("jb_rsqrt", lambda x: 1 / np.sqrt(x), spread(TINY * 1.0001, LARGEST), 3e-7, 0),
+    Function("jb_safe_sqrt", np.sqrt, spread(TINY * 1.0001, LARGEST), 4e-7, 0),
+    Function("jb_exp", np.exp, even(-87, 88), 2e-7, 0),
+    Function("jb_exp", np.exp, signed(spread(1e-30, 1.0)), 2e-7, 0),
+    Function("jb_exp2", np.exp2, even(-126, 127), 3e-7, 0),
+    Function("jb_exp2", np.exp2, signed(spread(1e-30, 1.0)), 3e-7, 0),
+    Function("jb_log2", np.log2, spread(1.1755e-38, LARGEST), 3e-7, 0),
+    Function("jb_log2", np.log2, even(0.5, 2.0), 3e-7, 0),
+    Function("jb_silu", lambda x: x * expit(x), even(-80, 100), 4e-7, 8e-8),
+    Function("jb_silu", lambda x: x * expit(x), -spread(80.0, LARGEST), 0, 6e-39),
+    Function("jb_silu", lambda x: x * expit(x), signed(spread(1e-30, 1.0)), 5e-7, 0),
+    Function("jb_silu", lambda x: x * expit(x), spread(100.0, LARGEST), 0, 0),
+)
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=str)
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f"{f.name} {f.x[0]:.3g} to {f.x[-1]:.3g}")
+def test_error_stays_within_its_bound(opencl: Device, function: Function, shape: Shape):
+    inputs = {"x": function.x[:, None]}
+    found = run(opencl, ["network"], f"out[0] = {function.name}(x_0);", inputs, 1, shape=shape)[:, 0]
+    exact = function.exact(function.x.astype(np.float64))
+    scale = np.abs(function.x) * (np.abs(exact) if function.relative else 1.0)
+    excess = np.abs(found - exact) - function.relative * np.abs(exact) - function.by_x * scale
+    worst = int(np.argmax(np.nan_to_num(excess, nan=np.inf)))
+    assert excess[worst] <= 0, (function.x[worst], found[worst], exact[worst])
+
+
+@pytest.mark.parametrize("shape", SHAPES[::3], ids=str)
+def test_angle_in_every_octant_and_magnitude(opencl: Device, shape: Shape):
+    rng = np.random.default_rng(0)
+    y, x = (rng.normal(size=COUNT) * 10.0 ** rng.uniform(-30, 30, COUNT) for _ in range(2))
+    axes = np.array([[0, 1], [0, -1], [1, 0], [1, 1], [1, -1], [1e-30, -1], [1, 1e-30]])
+    given = np.concatenate([axes, np.stack([np.abs(y), x], axis=1)]).astype(np.float32)
+    found = run(opencl, ["numerics"], "out[0] = jb_upper_atan2(a_0, a_1);", {"a": given}, 1, shape=shape)[:, 0]
+    exact = np.arctan2(*given.T.astype(np.float64))
+    assert np.abs(found - exact).max() < 4e-7
+    usable = exact > 1e-30
+    assert (np.abs(found - exact)[usable] / exact[usable]).max() < 3e-7
+
+
+@pytest.mark.parametrize("shape", SHAPES[::3], ids=str)
+def test_limits_and_faults(opencl: Device, shape: Shape):
+    x = np.array([np.nan, np.inf, -np.inf, 1000, -1000, 0, -0.0, TINY, -1], np.float32)
+    body = "out[0] = jb_exp(x_0); out[1] = jb_exp2(x_0); out[2] = jb_silu(x_0); out[3] = jb_safe_sqrt(x_0);"
+    exp, exp2, silu, root = run(opencl, ["network"], body, {"x": x[:, None]}, 4, shape=shape).T
+    assert np.isnan([exp[0], exp2[0], silu[0]]).all()
+    np.testing.assert_allclose(exp[1:5], np.exp([88.0, -87, 88, -87]), rtol=2e-7)
+    np.testing.assert_allclose(exp2[1:5], [2.0**127, 2.0**-126, 2.0**127, 2.0**-126])
+    np.testing.assert_array_equal(silu[[1, 3, 5, 6]], [np.inf, 1000, 0, 0])
+    assert abs(silu[4]) < 1e-33
+    np.testing.assert_array_equal(root[5:], 0)
