@@ -21,6 +21,9 @@ ALIGNMENT = 16
 LARGEST = 2**31
 """Elements of all textures together: kernels count them in 32 bits."""
 
+LOG2_E = float(np.log2(np.e))
+"""Kernels compute 2^x: hidden layers give -log2(e) x, which SiLU needs, and the last one log2(f)."""
+
 UNREAD_INPUTS = {"nbrdf": 1, "naive-mlp": 4}
 """The network's input that is zero for an isotropic material, y of wh or of wo: its weights are left out."""
 
@@ -58,7 +61,7 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
     for name, value in _fields(bundle).items():
         place = f"JB_{name.upper()}"
         if isinstance(value, Mlp):
-            macros |= weights.write(place, *network(_read_inputs(bundle, value), shape))
+            macros |= weights.write(place, *network(_read_inputs(bundle, value), shape, output_scale=LOG2_E))
         elif isinstance(value, RadialWarp):
             shares = np.concatenate([np.asarray(part) for part in shares_and_exponents(value)])
             macros |= weights.write(place, {f"{place}_TERMS": str(shares.size // 2)}, shares)
@@ -112,24 +115,30 @@ def _read_inputs(bundle: Bundle, mlp: Mlp) -> Mlp:
     return Mlp((first, *mlp.weights[1:]), mlp.biases)
 
 
-def network(mlp: Mlp, shape: Shape, *, activation: str = "silu") -> tuple[dict[str, str], np.ndarray]:
+def network(
+    mlp: Mlp, shape: Shape, *, activation: str = "silu", output_scale: float = 1.0
+) -> tuple[dict[str, str], np.ndarray]:
     """Macros and numbers of a network: of each tile of a layer its biases, then its weights input by input.
 
     Args:
         mlp: weights `(n_in, n_out)` and biases.
         shape: of the kernel.
         activation: after every layer but the last, `silu` or `relu`.
+        output_scale: factor of the outputs.
     """
     layers, parts = [], []
-    activations = [activation] * (len(mlp.biases) - 1) + ["linear"]
-    for weight, bias, activation in zip(mlp.weights, mlp.biases, activations, strict=True):
+    hidden_scale = -LOG2_E if activation == "silu" else 1.0
+    last, scale = len(mlp.biases) - 1, 1.0
+    for i, (weight, bias) in enumerate(zip(mlp.weights, mlp.biases, strict=True)):
+        before, scale = scale, output_scale if i == last else hidden_scale
+        weight, bias = np.asarray(weight, np.float64) * (scale / before), np.asarray(bias, np.float64) * scale
         tiles = shape.tiles(bias.size)
-        layers.append(tiles.layer(weight.shape[0], activation))
+        layers.append(tiles.layer(weight.shape[0], "linear" if i == last else activation))
         for rows in tiles.slices():
             parts += [bias[rows], weight[:, rows].ravel()]
     widest = max(mlp.weights[0].shape[0], *(bias.size for bias in mlp.biases))
     macros = {"JB_MLP_LAYERS(LAYER)": " ".join(layers), "JB_MLP_WIDEST": str(widest)}
-    return macros, np.concatenate(parts, dtype=np.float32)
+    return macros, np.concatenate(parts).astype(np.float32)
 
 
 def _texture(place: str, texture: np.ndarray) -> tuple[dict[str, str], np.ndarray]:

@@ -26,7 +26,9 @@ class Tiles(NamedTuple):
 
     def layer(self, n_in: int, activation: str) -> str:
         """The layer as network.cl's JB_LAYER takes it."""
-        return f"LAYER({n_in}, {self.count}, {self.rows}, {self.more}, {max(self.rows - 1, 1)}, {activation})"
+        in_tile, after = ("linear", "silu") if activation == "silu" else (activation, "nothing")
+        sizes = f"{n_in}, {self.count}, {self.rows}, {self.more}, {max(self.rows - 1, 1)}"
+        return f"LAYER({sizes}, {in_tile}, {after})"
 
 
 class Shape(NamedTuple):

@@ -6,11 +6,11 @@
 
 #define JB_LEAST_COSINE 1e-6f
 
-// ln((1 / cos_i + 1 / cos_o) / 2), one division for both.
-jb_real jb_log_mean_secant(const jb_real3 wi, const jb_real3 wo) {
+// log2((1 / cos_i + 1 / cos_o) / 2), one division for both.
+static jb_real jb_log2_mean_secant(const jb_real3 wi, const jb_real3 wo) {
     const jb_real i = jb_max(wi.z, JB_REAL(JB_LEAST_COSINE));
     const jb_real o = jb_max(wo.z, JB_REAL(JB_LEAST_COSINE));
-    return 0.693147182f * jb_log2(0.5f * (i + o) / (i * o));
+    return jb_log2(0.5f * (i + o) / (i * o));
 }
 
 #endif

@@ -14,9 +14,18 @@
 #define JB_UNROLLED
 #endif
 
-// y[0..R) = biases + weights x, R outputs of a layer of n_in inputs.
-#define JB_TILE(R)                                                                                                    \
-    void jb_tile_##R(const jb_real *x, const int n_in, JB_WEIGHTS const float *parameters, jb_real *y) {              \
+static jb_real jb_linear(const jb_real x) { return x; }
+
+static jb_real jb_relu(const jb_real x) { return x < 0.0f ? JB_REAL(0.0f) : x; }
+
+// SiLU of x = -ln(2) t, over -ln(2): t / (1 + 2^t), to 4e-7 relative up to t = 127, beyond to 6e-39 |t|. A NaN stays. The
+// host has scaled the weights on both sides accordingly.
+static jb_real jb_scaled_silu(const jb_real t) { return t / (1.0f + jb_exp2(t)); }
+
+// y[0..R) = activation(biases + weights x), R outputs of a layer of n_in inputs.
+#define JB_TILE(R, activation)                                                                                        \
+    static void jb_tile_##activation##_##R(                                                                           \
+        const jb_real *x, const int n_in, JB_WEIGHTS const float *parameters, jb_real *y) {                           \
         jb_real sum[R];                                                                                               \
         _Pragma("unroll") for (int r = 0; r < R; ++r) { sum[r] = JB_REAL(parameters[r]); }                            \
         JB_UNROLLED for (int i = 0; i < n_in; ++i) {                                                                  \
@@ -24,52 +33,48 @@
             const jb_real input = x[i];                                                                               \
             _Pragma("unroll") for (int r = 0; r < R; ++r) { sum[r] += input * weights[r]; }                           \
         }                                                                                                             \
-        _Pragma("unroll") for (int r = 0; r < R; ++r) { y[r] = sum[r]; }                                              \
+        _Pragma("unroll") for (int r = 0; r < R; ++r) { y[r] = jb_##activation(sum[r]); }                             \
     }
 
-JB_TILE(1)
-JB_TILE(2)
-JB_TILE(3)
-JB_TILE(4)
-JB_TILE(5)
-JB_TILE(6)
-JB_TILE(7)
-JB_TILE(8)
-JB_TILE(9)
-JB_TILE(10)
-JB_TILE(11)
-JB_TILE(12)
+#define JB_TILES(activation)                                                                                          \
+    JB_TILE(1, activation)                                                                                            \
+    JB_TILE(2, activation)                                                                                            \
+    JB_TILE(3, activation)                                                                                            \
+    JB_TILE(4, activation)                                                                                            \
+    JB_TILE(5, activation)                                                                                            \
+    JB_TILE(6, activation)                                                                                            \
+    JB_TILE(7, activation)                                                                                            \
+    JB_TILE(8, activation)                                                                                            \
+    JB_TILE(9, activation)                                                                                            \
+    JB_TILE(10, activation)                                                                                           \
+    JB_TILE(11, activation)                                                                                           \
+    JB_TILE(12, activation)
 
-// x / (1 + e^-x) to (4e-7 + 8e-8 |x|) relative above -80, where the product's rounding is the exponent's error; below, to
-// 6e-39 |x|. A NaN stays.
-jb_real jb_silu(const jb_real x) { return x / (1.0f + jb_exp2(-JB_LOG2_E * x)); }
+JB_TILES(linear)
+JB_TILES(relu)
 
-// The activations of a whole layer, in place.
-void jb_silu_layer(jb_real *y, const int count) {
-    JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = jb_silu(y[o]); }
+// What is left to do with a whole layer: an activation too long for a tile's registers.
+static void jb_nothing_after(jb_real *y, const int count) {}
+
+static void jb_silu_after(jb_real *y, const int count) {
+    JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = jb_scaled_silu(y[o]); }
 }
-
-void jb_relu_layer(jb_real *y, const int count) {
-    JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = y[o] < 0.0f ? JB_REAL(0.0f) : y[o]; }
-}
-
-void jb_linear_layer(jb_real *y, const int count) {}
 
 // One layer from the array x to the array y, whose names then change places; `weights` moves on to the next layer.
-#define JB_LAYER(n_in, tiles, rows, more, rows_of_more, activation)                                                   \
+#define JB_LAYER(n_in, tiles, rows, more, rows_of_more, activation, after)                                            \
     {                                                                                                                 \
         jb_real *out = y;                                                                                             \
         JB_UNROLLED for (int t = 0; t < tiles; ++t) {                                                                 \
-            jb_tile_##rows(x, n_in, weights, out);                                                                    \
+            jb_tile_##activation##_##rows(x, n_in, weights, out);                                                     \
             weights += rows * (n_in + 1);                                                                             \
             out += rows;                                                                                              \
         }                                                                                                             \
         JB_UNROLLED for (int t = 0; t < more; ++t) {                                                                  \
-            jb_tile_##rows_of_more(x, n_in, weights, out);                                                            \
+            jb_tile_##activation##_##rows_of_more(x, n_in, weights, out);                                             \
             weights += rows_of_more * (n_in + 1);                                                                     \
             out += rows_of_more;                                                                                      \
         }                                                                                                             \
-        jb_##activation##_layer(y, tiles * rows + more * rows_of_more);                                               \
+        jb_##after##_after(y, tiles * rows + more * rows_of_more);                                                    \
         jb_real *next = x;                                                                                            \
         x = y;                                                                                                        \
         y = next;                                                                                                     \

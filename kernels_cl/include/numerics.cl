@@ -12,14 +12,9 @@
 // 1.5 * 2^23: added to a number below 2^22 it leaves the nearest whole one in the last bits.
 #define JB_ROUNDER 12582912.0f
 
-#define JB_LOG2_E 1.44269504f
-// ln 2 in two parts, the first with 12 bits fewer than a float has, so that its products by small integers are exact.
-#define JB_LN2_HIGH 0.693359375f
-#define JB_LN2_LOW -2.12194440e-4f
-
 // 1 / sqrt(x) for x > JB_TINY, to 3e-7 relative: a guess from the exponent, off by 3.4%, and three Newton steps, each of
 // which squares the error and takes it times 3 / 2.
-jb_real jb_rsqrt(const jb_real x) {
+static jb_real jb_rsqrt(const jb_real x) {
     jb_real y = JB_AS_REAL(0x5f3759df - (JB_AS_INTEGER(x) >> 1));
     const jb_real half_x = 0.5f * x;
     y = y * (1.5f - half_x * y * y);
@@ -28,42 +23,25 @@ jb_real jb_rsqrt(const jb_real x) {
 }
 
 // sqrt(max(x, 0)) to 4e-7 relative; zero up to JB_TINY.
-jb_real jb_safe_sqrt(const jb_real x) {
+static jb_real jb_safe_sqrt(const jb_real x) {
     return x > JB_TINY ? x * jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
 }
 
 // 1 / sqrt(x); zero up to JB_TINY.
-jb_real jb_safe_rsqrt(const jb_real x) {
+static jb_real jb_safe_rsqrt(const jb_real x) {
     return x > JB_TINY ? jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
 }
 
 // v / |v|, and the normal where v is too short to have a direction.
-jb_real3 jb_safe_normalize(const jb_real3 v) {
+static jb_real3 jb_safe_normalize(const jb_real3 v) {
     const jb_real inverse = jb_safe_rsqrt(jb_dot(v, v));
     const jb_real3 unit = {v.x * inverse, v.y * inverse, inverse > 0.0f ? v.z * inverse : JB_REAL(1.0f)};
     return unit;
 }
 
-// e^x to 2e-7 relative; x is clamped to [-87, 88], where e^x is a normal number. A NaN stays.
-jb_real jb_exp(const jb_real x) {
-    const jb_real above = x < -87.0f ? JB_REAL(-87.0f) : x;
-    const jb_real bounded = above > 88.0f ? JB_REAL(88.0f) : above;
-    const jb_real rounded = bounded * JB_LOG2_E + JB_ROUNDER;
-    const jb_real n = rounded - JB_ROUNDER;
-    const jb_real t = (bounded - n * JB_LN2_HIGH) - n * JB_LN2_LOW;
-    jb_real p = 1.381461275741458e-3f * t + 8.368710055947304e-3f;
-    p = p * t + 4.166838899254799e-2f;
-    p = p * t + 0.1666652113199234f;
-    p = p * t + 0.4999999403953552f;
-    p = p * t + 1.0f;
-    p = p * t + 1.0f;
-    return JB_AS_REAL(JB_AS_INTEGER(p) + (JB_AS_INTEGER(rounded) << 23));
-}
-
 // 2^x to 3e-7 relative; x is clamped to [-126, 127]. A NaN stays.
-jb_real jb_exp2(const jb_real x) {
-    const jb_real above = x < -126.0f ? JB_REAL(-126.0f) : x;
-    const jb_real bounded = above > 127.0f ? JB_REAL(127.0f) : above;
+static jb_real jb_exp2(const jb_real x) {
+    const jb_real bounded = jb_at_most(jb_at_least(x, -126.0f), 127.0f);
     const jb_real rounded = bounded + JB_ROUNDER;
     const jb_real t = bounded - (rounded - JB_ROUNDER);
     jb_real p = 1.326472731307149e-3f * t + 9.671512991189957e-3f;
@@ -76,7 +54,7 @@ jb_real jb_exp2(const jb_real x) {
 
 // log2(x) of a normal x > 0, to 3e-7 relative: the exponent, and a polynomial of the mantissa in
 // [sqrt(1/2), sqrt(2)).
-jb_real jb_log2(const jb_real x) {
+static jb_real jb_log2(const jb_real x) {
     const jb_integer exponent = (JB_AS_INTEGER(x) - 0x3f3504f3) >> 23;
     const jb_real t = JB_AS_REAL(JB_AS_INTEGER(x) - (exponent << 23)) - 1.0f;
     jb_real p = 0.12583690881729126f * t - 0.20726971328258514f;
@@ -93,7 +71,7 @@ jb_real jb_log2(const jb_real x) {
 }
 
 // Angle of (x, y) from the x axis for y >= 0, in [0, pi], to 3e-7 relative; zero at the origin.
-jb_real jb_upper_atan2(const jb_real y, const jb_real x) {
+static jb_real jb_upper_atan2(const jb_real y, const jb_real x) {
     const jb_real across = jb_abs(x);
     const jb_real larger = jb_max(across, y);
     const jb_real ratio = larger > JB_TINY ? jb_min(across, y) / jb_max(larger, JB_REAL(JB_TINY)) : JB_REAL(0.0f);

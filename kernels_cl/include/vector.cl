@@ -47,22 +47,27 @@ typedef struct {
     jb_real z;
 } jb_real3;
 
-jb_real jb_min(const jb_real a, const jb_real b) { return a < b ? a : b; }
+static jb_real jb_min(const jb_real a, const jb_real b) { return a < b ? a : b; }
 
-jb_real jb_max(const jb_real a, const jb_real b) { return a > b ? a : b; }
+// x, but no more, or no less, than a bound; a NaN stays.
+static jb_real jb_at_most(const jb_real x, const float bound) { return x > bound ? JB_REAL(bound) : x; }
 
-jb_real jb_abs(const jb_real x) { return JB_AS_REAL(JB_AS_INTEGER(x) & 0x7fffffff); }
+static jb_real jb_at_least(const jb_real x, const float bound) { return x < bound ? JB_REAL(bound) : x; }
 
-jb_real3 jb_add(const jb_real3 a, const jb_real3 b) {
+static jb_real jb_max(const jb_real a, const jb_real b) { return a > b ? a : b; }
+
+static jb_real jb_abs(const jb_real x) { return JB_AS_REAL(JB_AS_INTEGER(x) & 0x7fffffff); }
+
+static jb_real3 jb_add(const jb_real3 a, const jb_real3 b) {
     const jb_real3 sum = {a.x + b.x, a.y + b.y, a.z + b.z};
     return sum;
 }
 
-jb_real3 jb_scale(const jb_real3 a, const jb_real s) {
+static jb_real3 jb_scale(const jb_real3 a, const jb_real s) {
     const jb_real3 scaled = {a.x * s, a.y * s, a.z * s};
     return scaled;
 }
 
-jb_real jb_dot(const jb_real3 a, const jb_real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static jb_real jb_dot(const jb_real3 a, const jb_real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 #endif

@@ -7,7 +7,7 @@
 #include "output.cl"
 #include "polar.cl"
 
-jb_real3 JB_NAME(model)(
+static jb_real3 JB_NAME(model)(
     const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights, __global const jb_stored *texels) {
     const jb_HalfDifference at = jb_half_difference(wi, wo);
     jb_real r_h = jb_disk_radius(at.wh);
@@ -19,7 +19,7 @@ jb_real3 JB_NAME(model)(
     r_d = jb_radial_warp(weights + JB_WARP_D, JB_WARP_D_TERMS, r_d);
 #endif
 #ifdef JB_HORIZON
-    const jb_real growth = weights[JB_HORIZON] * jb_log_mean_secant(wi, wo);
+    const jb_real growth = weights[JB_HORIZON] * jb_log2_mean_secant(wi, wo);
 #endif
     jb_real first[JB_MLP_WIDEST], second[JB_MLP_WIDEST];
     jb_real *x = first, *y = second;

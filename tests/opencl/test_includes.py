@@ -191,9 +191,10 @@ def test_network(opencl: Device, shape: Shape, widths: tuple[int, ...], activati
 
 @narrowest_and_widest
 def test_reflectance_is_bounded_and_does_not_hide_a_nan(opencl: Device, shape: Shape):
-    log_f = np.array([-87, -20, 0, 5, 80, 81, 1e30, np.nan, np.inf], np.float32)[:, None]
-    found = run(opencl, ["output"], "out[0] = jb_reflectance(l_0);", {"l": log_f}, 1, shape=shape)
-    np.testing.assert_allclose(found, np.exp(np.minimum(log_f.astype(np.float64), 80)), rtol=2e-6, atol=1e-37)
+    log2_f = np.array([-126, -20, 0, 5, 115, 116, 1e30, np.nan, np.inf], np.float32)[:, None]
+    found = run(opencl, ["output"], "out[0] = jb_reflectance(l_0);", {"l": log2_f}, 1, shape=shape)
+    wanted = np.exp(np.minimum(np.log(2) * log2_f.astype(np.float64), 80))
+    np.testing.assert_allclose(found, wanted, rtol=2e-6, atol=1e-37)
 
 
 @pytest.mark.parametrize("count", [1, 2, 15, 16, 17, 33])
