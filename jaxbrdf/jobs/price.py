@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
 import pyopencl as cl
 
-from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.bundle import material as jax_material
+from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.sampling.pairs import draw_weighted
 from jaxbrdf.types import Query
@@ -20,8 +21,19 @@ from jaxbrdf.types import Query
 QUERIES = 250_000
 """In a timed batch. No power of two: arrays that far apart share their places in a processor's cache."""
 
+ROUNDS = 15
+"""Of an interleaved timing."""
+
 JAX_BATCHES = (2**12, 2**14, 2**16, 2**18)
 """Among which jitted JAX's best is looked for."""
+
+
+class Price(NamedTuple):
+    """Nanoseconds of an evaluation: the median over rounds, the least and the most."""
+
+    ns: float
+    least: float
+    most: float
 
 
 def timed_query(*, count: int = QUERIES) -> Query:
@@ -31,19 +43,58 @@ def timed_query(*, count: int = QUERIES) -> Query:
     return Query(wi, wo)
 
 
-def opencl_run(material: Material, query: Query) -> Callable[[], Any]:
-    """A function that evaluates the query on the material's device, where the arrays lie already."""
+def opencl_prices(
+    bundles: Mapping[str, Bundle], context: cl.Context, *, reporter: Reporter, rounds: int = ROUNDS
+) -> dict[str, Price]:
+    """What an evaluation of each bundle costs on the context's device, all in the same rounds.
+
+    Raises:
+        OpenCLError: if the device refuses one.
+    """
+    query = timed_query()
+    arrays, runs = device_arrays(context, query), {}
+    with reporter.steps("building kernels", len(bundles)) as tell:
+        for done, (name, bundle) in enumerate(bundles.items(), start=1):
+            runs[name] = partial(_evaluate, Material.load(bundle, context), arrays)
+            tell(done, name)
+    times = interleaved(runs, rounds)
+    return {name: price_of(times[name], len(query.wi)) for name in runs}
+
+
+def price_of(times: Sequence[float], count: int) -> Price:
+    """The price of one of `count` evaluations that took these seconds, round by round."""
+    ns = 1e9 * np.asarray(times) / count
+    return Price(float(np.median(ns)), float(ns.min()), float(ns.max()))
+
+
+class DeviceArrays(NamedTuple):
+    """A query and room for its values in a device's memory."""
+
+    wi: cl.Buffer
+    wo: cl.Buffer
+    f: cl.Buffer
+
+
+def device_arrays(context: cl.Context, query: Query) -> DeviceArrays:
+    """The query `(n, 3)` on the context's device."""
     flags = cl.mem_flags
     planar = [np.ascontiguousarray(np.asarray(w).T) for w in (query.wi, query.wo)]
-    inputs = [cl.Buffer(material.context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=w) for w in planar]
-    output = cl.Buffer(material.context, flags.WRITE_ONLY, planar[0].nbytes)
-    wi, wo = inputs
-    return lambda: material.enqueue(material.queue, wi, wo, output).wait()
+    wi, wo = (cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=w) for w in planar)
+    return DeviceArrays(wi, wo, cl.Buffer(context, flags.WRITE_ONLY, planar[0].nbytes))
+
+
+def opencl_run(material: Material, query: Query) -> Callable[[], Any]:
+    """A function that evaluates the query on the material's device, where the arrays lie already."""
+    return partial(_evaluate, material, device_arrays(material.context, query))
+
+
+def _evaluate(material: Material, arrays: DeviceArrays) -> None:
+    material.enqueue(material.queue, *arrays).wait()
 
 
 def jax_run(bundle: Bundle, query: Query) -> Callable[[], Any]:
     """A function that evaluates the query with jitted JAX."""
-    material = bundles.material(bundle)
+    material = jax_material(bundle)
     evaluate = jax.jit(partial(material.brdf.eval, material.params))
     return lambda: jax.block_until_ready(evaluate(query))
 
@@ -58,12 +109,14 @@ def jax_rate(bundle: Bundle, query: Query) -> Callable[[], float]:
 
 
 def interleaved(runs: Mapping[str, Callable[[], Any]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of each function in every round, in turn, so that a slow moment falls on all; one round goes before."""
-    for run in runs.values():
-        run()
+    """Seconds of each function in every round, in turn, so that a slow moment falls on all.
+
+    Each goes once untimed before: another's threads may still be awake, and its data is in the caches.
+    """
     times: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(rounds):
         for name, run in runs.items():
+            run()
             times[name].append(seconds(run))
     return times
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.models.mlp import Mlp
@@ -23,6 +24,12 @@ LARGEST = 2**31
 
 LOG2_E = float(np.log2(np.e))
 """Kernels compute 2^x: hidden layers give -log2(e) x, which SiLU needs, and the last one log2(f)."""
+
+EXP2_RANGE = 125.0
+"""Within which kernels take 2^x without clamps: [-126, 127], less what rounding may add."""
+
+SILU_PEAK = 1.8444
+"""Where t / (1 + 2^t) is greatest: x = -1.27846 of SiLU, whose least value it is."""
 
 UNREAD_INPUTS = {"nbrdf": 1, "naive-mlp": 4}
 """The network's input that is zero for an isotropic material, y of wh or of wo: its weights are left out."""
@@ -61,7 +68,8 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
     for name, value in _fields(bundle).items():
         place = f"JB_{name.upper()}"
         if isinstance(value, Mlp):
-            macros |= weights.write(place, *network(_read_inputs(bundle, value), shape, output_scale=LOG2_E))
+            mlp, inputs = _read_inputs(bundle, value), _inputs(bundle)
+            macros |= weights.write(place, *network(mlp, shape, output_scale=LOG2_E, inputs=inputs))
         elif isinstance(value, RadialWarp):
             shares = np.concatenate([np.asarray(part) for part in shares_and_exponents(value)])
             macros |= weights.write(place, {f"{place}_TERMS": str(shares.size // 2)}, shares)
@@ -115,8 +123,20 @@ def _read_inputs(bundle: Bundle, mlp: Mlp) -> Mlp:
     return Mlp((first, *mlp.weights[1:]), mlp.biases)
 
 
+class Range(NamedTuple):
+    """The least and the greatest that each of some numbers can be, `(n,)`."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+
 def network(
-    mlp: Mlp, shape: Shape, *, activation: str = "silu", output_scale: float = 1.0
+    mlp: Mlp,
+    shape: Shape,
+    *,
+    activation: str = "silu",
+    output_scale: float = 1.0,
+    inputs: Range | None = None,
 ) -> tuple[dict[str, str], np.ndarray]:
     """Macros and numbers of a network: of each tile of a layer its biases, then its weights input by input.
 
@@ -125,6 +145,7 @@ def network(
         shape: of the kernel.
         activation: after every layer but the last, `silu` or `relu`.
         output_scale: factor of the outputs.
+        inputs: of the first layer, if they are known: SiLU needs no clamps where they cannot leave exp2's range.
     """
     layers, parts = [], []
     hidden_scale = -LOG2_E if activation == "silu" else 1.0
@@ -133,12 +154,40 @@ def network(
         before, scale = scale, output_scale if i == last else hidden_scale
         weight, bias = np.asarray(weight, np.float64) * (scale / before), np.asarray(bias, np.float64) * scale
         tiles = shape.tiles(bias.size)
-        layers.append(tiles.layer(weight.shape[0], "linear" if i == last else activation))
+        sums = _sums(weight, bias, inputs) if inputs and activation == "silu" else None
+        is_bounded = sums is not None and sums.low.min() > -EXP2_RANGE and sums.high.max() < EXP2_RANGE
+        inputs = _scaled_silu(sums) if sums else None
+        name = "linear" if i == last else f"bounded_{activation}" if is_bounded else activation
+        layers.append(tiles.layer(weight.shape[0], name))
         for rows in tiles.slices():
             parts += [bias[rows], weight[:, rows].ravel()]
     widest = max(mlp.weights[0].shape[0], *(bias.size for bias in mlp.biases))
     macros = {"JB_MLP_LAYERS(LAYER)": " ".join(layers), "JB_MLP_WIDEST": str(widest)}
     return macros, np.concatenate(parts).astype(np.float32)
+
+
+def _inputs(bundle: Bundle) -> Range | None:
+    """The network's inputs, where they are interpolated texels, which no query can leave."""
+    textures = [leaf for leaf in _fields(bundle).values() if _is_texture(leaf)]
+    if not textures:
+        return None
+    low, high = (np.concatenate([getattr(t, name)((1, 2)) for t in textures]) for name in ("min", "max"))
+    return Range(low, high)
+
+
+def _sums(weight: np.ndarray, bias: np.ndarray, inputs: Range) -> Range:
+    """A layer's outputs before the activation, by interval arithmetic."""
+    rising, falling = np.maximum(weight, 0.0), np.minimum(weight, 0.0)
+    low = inputs.low @ rising + inputs.high @ falling + bias
+    return Range(low, inputs.high @ rising + inputs.low @ falling + bias)
+
+
+def _scaled_silu(t: Range) -> Range:
+    """t / (1 + 2^t): it rises to its greatest value, and falls towards zero beyond."""
+    ends = [x * expit(-x / LOG2_E) for x in t]
+    has_peak = (t.low < SILU_PEAK) & (t.high > SILU_PEAK)
+    peak = SILU_PEAK * expit(-SILU_PEAK / LOG2_E)
+    return Range(np.minimum(*ends), np.where(has_peak, peak, np.maximum(*ends)))
 
 
 def _texture(place: str, texture: np.ndarray) -> tuple[dict[str, str], np.ndarray]:

@@ -25,8 +25,8 @@ class Tiles(NamedTuple):
             start += size
 
     def layer(self, n_in: int, activation: str) -> str:
-        """The layer as network.cl's JB_LAYER takes it."""
-        in_tile, after = ("linear", "silu") if activation == "silu" else (activation, "nothing")
+        """The layer as network.cl's JB_LAYER takes it; SiLU is too long for a tile's registers and comes after."""
+        in_tile, after = ("linear", activation) if activation.endswith("silu") else (activation, "nothing")
         sizes = f"{n_in}, {self.count}, {self.rows}, {self.more}, {max(self.rows - 1, 1)}"
         return f"LAYER({sizes}, {in_tile}, {after})"
 

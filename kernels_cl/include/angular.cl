@@ -15,14 +15,14 @@
 
 typedef half jb_stored;
 
-static float8 jb_texel(__global const jb_stored *texels) { return vload_half8(0, texels); }
+JB_INLINE float8 jb_texel(__global const jb_stored *texels) { return vload_half8(0, texels); }
 
 #else
 
 typedef float jb_stored;
 typedef float8 jb_float8_anywhere __attribute__((aligned(4)));
 
-static float8 jb_texel(__global const jb_stored *texels) { return *(__global const jb_float8_anywhere *)texels; }
+JB_INLINE float8 jb_texel(__global const jb_stored *texels) { return *(__global const jb_float8_anywhere *)texels; }
 
 #endif
 
@@ -33,20 +33,20 @@ typedef struct {
 } jb_Cell;
 
 // A number clamped to [0, 1]; a NaN is 0, so that no lookup leaves its texture.
-static jb_real jb_clamp_unit(const jb_real x) { return jb_min(x > 0.0f ? x : JB_REAL(0.0f), JB_REAL(1.0f)); }
+JB_INLINE jb_real jb_clamp_unit(const jb_real x) { return jb_min(x > 0.0f ? x : JB_REAL(0.0f), JB_REAL(1.0f)); }
 
 // The cell at x >= 0 whose lower texel is at most `last`: x - 1/2 rounded to the nearest is x rounded down, or at a whole
 // x perhaps the texel before, which gives the same value.
-static jb_Cell jb_cell(const jb_real x, const int last) {
+JB_INLINE jb_Cell jb_cell(const jb_real x, const int last) {
     const jb_real lower = jb_min(((x - 0.5f) + JB_ROUNDER) - JB_ROUNDER, JB_REAL((float)last));
     const jb_Cell cell = {JB_AS_INTEGER(lower + JB_ROUNDER) - 0x4b400000, x - lower};
     return cell;
 }
 
 // Radius r over rows that include both ends.
-static jb_Cell jb_radius_cell(const jb_real r, const int n_r) { return jb_cell(jb_clamp_unit(r) * (float)(n_r - 1), n_r - 2); }
+JB_INLINE jb_Cell jb_radius_cell(const jb_real r, const int n_r) { return jb_cell(jb_clamp_unit(r) * (float)(n_r - 1), n_r - 2); }
 
-static float8 jb_mix(const float8 a, const float8 b, const float along) { return a + (b - a) * along; }
+JB_INLINE float8 jb_mix(const float8 a, const float8 b, const float along) { return a + (b - a) * along; }
 
 #if JB_WIDTH == 1
 
@@ -62,7 +62,7 @@ static float8 jb_mix(const float8 a, const float8 b, const float along) { return
 
 // Four queries' channels 0 to 7 as vectors over the queries: channel c in the lower half of column c, channel c + 4 in its
 // upper half.
-static void jb_transpose(const float8 *rows, float8 *columns) {
+JB_INLINE void jb_transpose(const float8 *rows, float8 *columns) {
     const float8 a = rows[0], b = rows[1], c = rows[2], d = rows[3];
     const float8 ab_low = (float8)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5);
     const float8 ab_high = (float8)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7);
@@ -97,7 +97,7 @@ static void jb_transpose(const float8 *rows, float8 *columns) {
 #endif
 
 // All channels at radius r and azimuth `turn` in [0, 1].
-static void jb_angular_fetch(
+JB_INLINE void jb_angular_fetch(
     __global const jb_stored *texels, const int n_r, const int n_phi, const int channels, const jb_real r,
     const jb_real turn, jb_real *out) {
     const int stride = (channels + JB_BLOCK - 1) / JB_BLOCK * JB_BLOCK;
@@ -124,7 +124,7 @@ static void jb_angular_fetch(
 }
 
 // The same of a texture without azimuth, stored (n_r, channels).
-static void jb_radial_fetch(
+JB_INLINE void jb_radial_fetch(
     __global const jb_stored *texels, const int n_r, const int channels, const jb_real r, jb_real *out) {
     const int stride = (channels + JB_BLOCK - 1) / JB_BLOCK * JB_BLOCK;
     const jb_Cell radius = jb_radius_cell(r, n_r);

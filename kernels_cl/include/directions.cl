@@ -16,24 +16,24 @@ typedef struct {
 } jb_Azimuth;
 
 // Sine between w and the normal, from the components that keep their precision near the pole.
-static jb_real jb_sin_theta(const jb_real3 w) { return jb_safe_sqrt(w.x * w.x + w.y * w.y); }
+JB_INLINE jb_real jb_sin_theta(const jb_real3 w) { return jb_safe_sqrt(w.x * w.x + w.y * w.y); }
 
 // Azimuth of w about the normal, zero at the pole.
-static jb_Azimuth jb_azimuth_of(const jb_real3 w) {
+JB_INLINE jb_Azimuth jb_azimuth_of(const jb_real3 w) {
     const jb_real inverse = jb_safe_rsqrt(w.x * w.x + w.y * w.y);
     const jb_Azimuth phi = {inverse > 0.0f ? w.x * inverse : JB_REAL(1.0f), w.y * inverse};
     return phi;
 }
 
 // w turned about the normal by -phi.
-static jb_real3 jb_turn_back(const jb_Azimuth phi, const jb_real3 w) {
+JB_INLINE jb_real3 jb_turn_back(const jb_Azimuth phi, const jb_real3 w) {
     const jb_real3 turned = {phi.cos * w.x + phi.sin * w.y, phi.cos * w.y - phi.sin * w.x, w.z};
     return turned;
 }
 
 // wh = (wi + wo) / |wi + wo|, wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998); x and y of wd from (wi - wo) / 2, which
 // is exact where the directions almost meet.
-static jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3 wo) {
+JB_INLINE jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3 wo) {
     const jb_real3 sum = jb_add(wi, wo);
     const jb_real3 across = {0.5f * (wi.x - wo.x), 0.5f * (wi.y - wo.y), 0.5f * (wi.z - wo.z)};
     jb_HalfDifference out;

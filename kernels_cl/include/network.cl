@@ -14,17 +14,20 @@
 #define JB_UNROLLED
 #endif
 
-static jb_real jb_linear(const jb_real x) { return x; }
+JB_INLINE jb_real jb_linear(const jb_real x) { return x; }
 
-static jb_real jb_relu(const jb_real x) { return x < 0.0f ? JB_REAL(0.0f) : x; }
+JB_INLINE jb_real jb_relu(const jb_real x) { return x < 0.0f ? JB_REAL(0.0f) : x; }
 
 // SiLU of x = -ln(2) t, over -ln(2): t / (1 + 2^t), to 4e-7 relative up to t = 127, beyond to 6e-39 |t|. A NaN stays. The
 // host has scaled the weights on both sides accordingly.
-static jb_real jb_scaled_silu(const jb_real t) { return t / (1.0f + jb_exp2(t)); }
+JB_INLINE jb_real jb_scaled_silu(const jb_real t) { return t / (1.0f + jb_exp2(t)); }
+
+// The same for t from -126 to 127, of a layer whose inputs and weights keep it there.
+JB_INLINE jb_real jb_bounded_scaled_silu(const jb_real t) { return t / (1.0f + jb_bounded_exp2(t)); }
 
 // y[0..R) = activation(biases + weights x), R outputs of a layer of n_in inputs.
 #define JB_TILE(R, activation)                                                                                        \
-    static void jb_tile_##activation##_##R(                                                                           \
+    JB_INLINE void jb_tile_##activation##_##R(                                                                           \
         const jb_real *x, const int n_in, JB_WEIGHTS const float *parameters, jb_real *y) {                           \
         jb_real sum[R];                                                                                               \
         _Pragma("unroll") for (int r = 0; r < R; ++r) { sum[r] = JB_REAL(parameters[r]); }                            \
@@ -54,10 +57,14 @@ JB_TILES(linear)
 JB_TILES(relu)
 
 // What is left to do with a whole layer: an activation too long for a tile's registers.
-static void jb_nothing_after(jb_real *y, const int count) {}
+JB_INLINE void jb_nothing_after(jb_real *y, const int count) {}
 
-static void jb_silu_after(jb_real *y, const int count) {
+JB_INLINE void jb_silu_after(jb_real *y, const int count) {
     JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = jb_scaled_silu(y[o]); }
+}
+
+JB_INLINE void jb_bounded_silu_after(jb_real *y, const int count) {
+    JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = jb_bounded_scaled_silu(y[o]); }
 }
 
 // One layer from the array x to the array y, whose names then change places; `weights` moves on to the next layer.

@@ -14,7 +14,7 @@
 
 // 1 / sqrt(x) for x > JB_TINY, to 3e-7 relative: a guess from the exponent, off by 3.4%, and three Newton steps, each of
 // which squares the error and takes it times 3 / 2.
-static jb_real jb_rsqrt(const jb_real x) {
+JB_INLINE jb_real jb_rsqrt(const jb_real x) {
     jb_real y = JB_AS_REAL(0x5f3759df - (JB_AS_INTEGER(x) >> 1));
     const jb_real half_x = 0.5f * x;
     y = y * (1.5f - half_x * y * y);
@@ -23,27 +23,26 @@ static jb_real jb_rsqrt(const jb_real x) {
 }
 
 // sqrt(max(x, 0)) to 4e-7 relative; zero up to JB_TINY.
-static jb_real jb_safe_sqrt(const jb_real x) {
+JB_INLINE jb_real jb_safe_sqrt(const jb_real x) {
     return x > JB_TINY ? x * jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
 }
 
 // 1 / sqrt(x); zero up to JB_TINY.
-static jb_real jb_safe_rsqrt(const jb_real x) {
+JB_INLINE jb_real jb_safe_rsqrt(const jb_real x) {
     return x > JB_TINY ? jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
 }
 
 // v / |v|, and the normal where v is too short to have a direction.
-static jb_real3 jb_safe_normalize(const jb_real3 v) {
+JB_INLINE jb_real3 jb_safe_normalize(const jb_real3 v) {
     const jb_real inverse = jb_safe_rsqrt(jb_dot(v, v));
     const jb_real3 unit = {v.x * inverse, v.y * inverse, inverse > 0.0f ? v.z * inverse : JB_REAL(1.0f)};
     return unit;
 }
 
-// 2^x to 3e-7 relative; x is clamped to [-126, 127]. A NaN stays.
-static jb_real jb_exp2(const jb_real x) {
-    const jb_real bounded = jb_at_most(jb_at_least(x, -126.0f), 127.0f);
-    const jb_real rounded = bounded + JB_ROUNDER;
-    const jb_real t = bounded - (rounded - JB_ROUNDER);
+// 2^x to 3e-7 relative for x from -126 to 127. A NaN stays.
+JB_INLINE jb_real jb_bounded_exp2(const jb_real x) {
+    const jb_real rounded = x + JB_ROUNDER;
+    const jb_real t = x - (rounded - JB_ROUNDER);
     jb_real p = 1.326472731307149e-3f * t + 9.671512991189957e-3f;
     p = p * t + 5.550733581185341e-2f;
     p = p * t + 0.24022242426872253f;
@@ -52,9 +51,12 @@ static jb_real jb_exp2(const jb_real x) {
     return JB_AS_REAL(JB_AS_INTEGER(p) + (JB_AS_INTEGER(rounded) << 23));
 }
 
+// The same for any x, which is clamped to that range.
+JB_INLINE jb_real jb_exp2(const jb_real x) { return jb_bounded_exp2(jb_at_most(jb_at_least(x, -126.0f), 127.0f)); }
+
 // log2(x) of a normal x > 0, to 3e-7 relative: the exponent, and a polynomial of the mantissa in
 // [sqrt(1/2), sqrt(2)).
-static jb_real jb_log2(const jb_real x) {
+JB_INLINE jb_real jb_log2(const jb_real x) {
     const jb_integer exponent = (JB_AS_INTEGER(x) - 0x3f3504f3) >> 23;
     const jb_real t = JB_AS_REAL(JB_AS_INTEGER(x) - (exponent << 23)) - 1.0f;
     jb_real p = 0.12583690881729126f * t - 0.20726971328258514f;
@@ -71,7 +73,7 @@ static jb_real jb_log2(const jb_real x) {
 }
 
 // Angle of (x, y) from the x axis for y >= 0, in [0, pi], to 3e-7 relative; zero at the origin.
-static jb_real jb_upper_atan2(const jb_real y, const jb_real x) {
+JB_INLINE jb_real jb_upper_atan2(const jb_real y, const jb_real x) {
     const jb_real across = jb_abs(x);
     const jb_real larger = jb_max(across, y);
     const jb_real ratio = larger > JB_TINY ? jb_min(across, y) / jb_max(larger, JB_REAL(JB_TINY)) : JB_REAL(0.0f);

@@ -8,11 +8,11 @@
 #define JB_LARGEST_LOG2 115.415604f
 
 // f = 2^x of x = log2(f), bounded; a NaN stays. The host has scaled the last layer to give logarithms to the base 2.
-static jb_real jb_reflectance(const jb_real log2_f) { return jb_exp2(jb_at_most(log2_f, JB_LARGEST_LOG2)); }
+JB_INLINE jb_real jb_reflectance(const jb_real log2_f) { return jb_exp2(jb_at_most(log2_f, JB_LARGEST_LOG2)); }
 
 // f where both directions leave the front of the surface, else zero; NaN where a component of either is NaN or infinite.
 // A subnormal cosine counts as zero: JAX flushes it, and so do many devices.
-static jb_real3 jb_above_horizon(const jb_real3 wi, const jb_real3 wo, const jb_real3 f) {
+JB_INLINE jb_real3 jb_above_horizon(const jb_real3 wi, const jb_real3 wo, const jb_real3 f) {
     const jb_integer lit = (wi.z >= FLT_MIN) & (wo.z >= FLT_MIN);
     // zero, or NaN
     const jb_real fault = 0.0f * (wi.x + wi.y + wi.z + wo.x + wo.y + wo.z);

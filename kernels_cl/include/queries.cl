@@ -8,7 +8,7 @@
 #include "vector.cl"
 
 // Numbers `first`, `first + 1`, ... of a planar array's part.
-static jb_real jb_load(__global const float *part, const size_t first, const size_t count) {
+JB_INLINE jb_real jb_load(__global const float *part, const size_t first, const size_t count) {
     if (first + JB_WIDTH <= count) {
         return *(__global const jb_real_anywhere *)(part + first);
     }
@@ -19,7 +19,7 @@ static jb_real jb_load(__global const float *part, const size_t first, const siz
     return out.all;
 }
 
-static void jb_store(__global float *part, const size_t first, const size_t count, const jb_real value) {
+JB_INLINE void jb_store(__global float *part, const size_t first, const size_t count, const jb_real value) {
     if (first + JB_WIDTH <= count) {
         *(__global jb_real_anywhere *)(part + first) = value;
         return;
@@ -30,19 +30,19 @@ static void jb_store(__global float *part, const size_t first, const size_t coun
     }
 }
 
-static jb_real3 jb_load_planar(__global const float *w, const size_t first, const size_t count) {
+JB_INLINE jb_real3 jb_load_planar(__global const float *w, const size_t first, const size_t count) {
     const jb_real3 out = {
         jb_load(w, first, count), jb_load(w + count, first, count), jb_load(w + 2 * count, first, count)};
     return out;
 }
 
-static void jb_store_planar(__global float *f, const size_t first, const size_t count, const jb_real3 value) {
+JB_INLINE void jb_store_planar(__global float *f, const size_t first, const size_t count, const jb_real3 value) {
     jb_store(f, first, count, value.x);
     jb_store(f + count, first, count, value.y);
     jb_store(f + 2 * count, first, count, value.z);
 }
 
-static jb_real3 jb_load_interleaved(__global const float *w, const size_t first, const size_t count) {
+JB_INLINE jb_real3 jb_load_interleaved(__global const float *w, const size_t first, const size_t count) {
     jb_lanes x, y, z;
     _Pragma("unroll") for (int k = 0; k < JB_WIDTH; ++k) {
         __global const float *at = w + 3 * (first + k < count ? first + k : count - 1);
@@ -54,7 +54,7 @@ static jb_real3 jb_load_interleaved(__global const float *w, const size_t first,
     return out;
 }
 
-static void jb_store_interleaved(__global float *f, const size_t first, const size_t count, const jb_real3 value) {
+JB_INLINE void jb_store_interleaved(__global float *f, const size_t first, const size_t count, const jb_real3 value) {
     const jb_lanes x = {value.x}, y = {value.y}, z = {value.z};
     _Pragma("unroll") for (int k = 0; k < JB_WIDTH; ++k) {
         if (first + k < count) {
@@ -65,11 +65,11 @@ static void jb_store_interleaved(__global float *f, const size_t first, const si
     }
 }
 
-static jb_real3 jb_load_directions(__global const float *w, const size_t first, const size_t count, const uint is_interleaved) {
+JB_INLINE jb_real3 jb_load_directions(__global const float *w, const size_t first, const size_t count, const uint is_interleaved) {
     return is_interleaved ? jb_load_interleaved(w, first, count) : jb_load_planar(w, first, count);
 }
 
-static void jb_store_colours(
+JB_INLINE void jb_store_colours(
     __global float *f, const size_t first, const size_t count, const uint is_interleaved, const jb_real3 value) {
     if (is_interleaved) {
         jb_store_interleaved(f, first, count, value);

@@ -8,6 +8,9 @@
 
 #pragma OPENCL FP_CONTRACT ON
 
+// Everything is inlined: a call would save all vector registers, and hand vectors over in ways that drivers disagree on.
+#define JB_INLINE static inline __attribute__((always_inline))
+
 #define JB_JOIN_(a, b) a##b
 #define JB_JOIN(a, b) JB_JOIN_(a, b)
 
@@ -47,27 +50,27 @@ typedef struct {
     jb_real z;
 } jb_real3;
 
-static jb_real jb_min(const jb_real a, const jb_real b) { return a < b ? a : b; }
+JB_INLINE jb_real jb_min(const jb_real a, const jb_real b) { return a < b ? a : b; }
 
 // x, but no more, or no less, than a bound; a NaN stays.
-static jb_real jb_at_most(const jb_real x, const float bound) { return x > bound ? JB_REAL(bound) : x; }
+JB_INLINE jb_real jb_at_most(const jb_real x, const float bound) { return x > bound ? JB_REAL(bound) : x; }
 
-static jb_real jb_at_least(const jb_real x, const float bound) { return x < bound ? JB_REAL(bound) : x; }
+JB_INLINE jb_real jb_at_least(const jb_real x, const float bound) { return x < bound ? JB_REAL(bound) : x; }
 
-static jb_real jb_max(const jb_real a, const jb_real b) { return a > b ? a : b; }
+JB_INLINE jb_real jb_max(const jb_real a, const jb_real b) { return a > b ? a : b; }
 
-static jb_real jb_abs(const jb_real x) { return JB_AS_REAL(JB_AS_INTEGER(x) & 0x7fffffff); }
+JB_INLINE jb_real jb_abs(const jb_real x) { return JB_AS_REAL(JB_AS_INTEGER(x) & 0x7fffffff); }
 
-static jb_real3 jb_add(const jb_real3 a, const jb_real3 b) {
+JB_INLINE jb_real3 jb_add(const jb_real3 a, const jb_real3 b) {
     const jb_real3 sum = {a.x + b.x, a.y + b.y, a.z + b.z};
     return sum;
 }
 
-static jb_real3 jb_scale(const jb_real3 a, const jb_real s) {
+JB_INLINE jb_real3 jb_scale(const jb_real3 a, const jb_real s) {
     const jb_real3 scaled = {a.x * s, a.y * s, a.z * s};
     return scaled;
 }
 
-static jb_real jb_dot(const jb_real3 a, const jb_real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+JB_INLINE jb_real jb_dot(const jb_real3 a, const jb_real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 #endif

@@ -7,7 +7,7 @@
 #include "output.cl"
 #include "polar.cl"
 
-static jb_real3 JB_NAME(model)(
+JB_INLINE jb_real3 JB_NAME(model)(
     const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights, __global const jb_stored *texels) {
     const jb_HalfDifference at = jb_half_difference(wi, wo);
     jb_real r_h = jb_disk_radius(at.wh);

@@ -4,7 +4,7 @@
 #include "network.cl"
 #include "output.cl"
 
-static jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights) {
+JB_INLINE jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights) {
 #ifdef JB_ISOTROPIC
     const jb_Azimuth phi = jb_azimuth_of(wo);
     const jb_real3 light = jb_turn_back(phi, wi);

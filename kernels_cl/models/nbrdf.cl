@@ -4,7 +4,7 @@
 #include "network.cl"
 #include "output.cl"
 
-static jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights) {
+JB_INLINE jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights) {
     const jb_HalfDifference at = jb_half_difference(wi, wo);
     jb_real first[JB_MLP_WIDEST], second[JB_MLP_WIDEST];
     jb_real *x = first, *y = second;

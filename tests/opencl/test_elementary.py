@@ -59,6 +59,8 @@ FUNCTIONS = (
     Function("jb_safe_sqrt", np.sqrt, spread(TINY * 1.0001, LARGEST), 4e-7, 0),
     Function("jb_exp2", np.exp2, even(-126, 127), 3e-7, 0),
     Function("jb_exp2", np.exp2, signed(spread(1e-30, 1.0)), 3e-7, 0),
+    Function("jb_bounded_exp2", np.exp2, even(-126, 127), 3e-7, 0),
+    Function("jb_bounded_scaled_silu", scaled_silu, even(-126, 127), 4e-7, 0),
     Function("jb_log2", np.log2, spread(1.1755e-38, LARGEST), 3e-7, 0),
     Function("jb_log2", np.log2, even(0.5, 2.0), 3e-7, 0),
     Function("jb_scaled_silu", scaled_silu, even(-150, 127), 4e-7, 0),
