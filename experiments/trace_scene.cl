@@ -4,8 +4,8 @@
 //
 //     float3 material_eval(uint index, float3 wi, float3 wo, __global const float *parameters)
 //
-// and macros that experiments/trace_scene.py writes: SPHERES, the number of them; FLOOR, the albedo of the plane y = 0, if
-// there is one; SKY_WIDTH and SKY_HEIGHT, the image's size; DEPTH, the most surfaces of a path; LIGHT_DRAWS and
+// and macros that experiments/trace_scene.py writes: SPHERES, the number of them; FLOOR, the albedo of the plane y = 0,
+// if there is one; SKY_WIDTH and SKY_HEIGHT, the image's size; DEPTH, the most surfaces of a path; LIGHT_DRAWS and
 // MATERIAL_DRAWS, how often (0 or 1) a direction is drawn by the light and by the material at each of them.
 //
 // The world has y up. A direction wi leaves a surface to the light, wo to the viewer, both in the surface's own frame
@@ -58,7 +58,8 @@ uint4 hash4(uint4 v) {
     return v;
 }
 
-// Four numbers in [0, 1) for one purpose (dimension) of one sample of one pixel: 24 bits, so that none rounds to 1.
+// Four numbers in [0, 1) for one purpose (dimension) of a sample (its pixel, number and seed): 24 bits, so that none
+// rounds to 1.
 float4 uniform4(const uint4 sample, const uint dimension) {
     const uint4 bits = hash4((uint4)(sample.x, sample.y, dimension, sample.z)) >> 8u;
     return convert_float4(bits) * 0x1p-24f;
@@ -194,9 +195,9 @@ float3 draw_sky(const Scene *scene, const float4 u) {
     return (float3)(sine * sinpi(turn), y, -sine * cospi(turn));
 }
 
-// The proposal: a bundle has no sampler of its own, so a direction is drawn from a cosine or from one of three GGX lobes,
-// all equally often. The roughnesses are a factor of five apart: a lobe that is wider than the least is within about
-// a factor of two of one of them. The plane is known to need the cosine alone.
+// The proposal: a bundle has no sampler of its own, so a direction is drawn from a cosine or from one of three GGX
+// lobes, all equally often. The roughnesses are a factor of five apart: a lobe that is wider than the least is within
+// about a factor of two of one of them. The plane is known to need the cosine alone.
 
 #define LOBES 3
 __constant float ROUGHNESS[LOBES] = {0.02f, 0.1f, 0.5f};
@@ -252,7 +253,9 @@ float3 reflectance(const Scene *scene, const Vertex *v, const float3 wi) {
 
 // The power heuristic (Veach and Guibas 1995) for `own` draws where there are also `other`, both times their density:
 // right for no draws of one kind, too.
-float heuristic(const float own, const float other) { return own > 0.0f ? own * own / (own * own + other * other) : 0.0f; }
+float heuristic(const float own, const float other) {
+    return own > 0.0f ? own * own / (own * own + other * other) : 0.0f;
+}
 
 // Radiance of the sky by way of the vertex, in a direction drawn by the light.
 float3 by_light(const Scene *scene, const Vertex *v, const float4 u) {
@@ -292,22 +295,26 @@ float3 trace(const Scene *scene, Ray ray, const uint4 sample) {
     return colour;
 }
 
-// Adds one sample to each pixel: the sum of colours, and in w the number of those that are finite, which alone count.
+// A sample beyond this comes of an overflow, and a million of them still add up to a number.
+#define LARGEST 1e30f
+
+// Adds one sample to each pixel: the sum of colours, and in w their number. What is NaN or beyond LARGEST does not
+// count.
 //
 // camera: its place, then the directions to the right, up and to the picture's centre, the first two as long as half
-// the picture is wide and high at the distance of the third. key: the sample's number and the seed.
+// the picture is wide and high at the distance of the third. number: of the sample, from 0.
 __kernel void add_sample(
     __global float4 *sums, __constant float4 *camera, __global const float4 *spheres, __global const float *parameters,
     __global const float *radiance, __global const float *rows, __global const float *columns,
-    __global const float *density, const uint2 key) {
+    __global const float *density, const uint number, const uint seed) {
     const Scene scene = {spheres, parameters, radiance, rows, columns, density};
     const uint column = get_global_id(0), row = get_global_id(1), width = get_global_size(0);
     const uint pixel = row * width + column;
-    const uint4 sample = (uint4)(pixel, key.x, key.y, 0u);
+    const uint4 sample = (uint4)(pixel, number, seed, 0u);
     const float4 u = uniform4(sample, 0);
     const float x = 2.0f * (column + u.x) / width - 1.0f, y = 1.0f - 2.0f * (row + u.y) / get_global_size(1);
     const float3 towards = camera[3].xyz + x * camera[1].xyz + y * camera[2].xyz;
     const Ray ray = {camera[0].xyz, normalize(towards), NOTHING};
     const float3 colour = trace(&scene, ray, sample);
-    if (isfinite(colour.x + colour.y + colour.z)) sums[pixel] += (float4)(colour, 1.0f);
+    if (colour.x + colour.y + colour.z <= LARGEST) sums[pixel] += (float4)(colour, 1.0f);
 }

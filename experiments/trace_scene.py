@@ -2,18 +2,20 @@
 
     python experiments/trace_scene.py gold.safetensors out/ceramic -o scene.exr --png scene.png
 
-Each bundle is a sphere on a Lambertian plane, lit by an environment; kernel and text are in trace_scene.cl. All that
-it takes of jaxbrdf is public: `Collection` puts the materials behind one function, and their numbers into one array.
+Each bundle is a sphere on a Lambertian plane, lit by an environment; the kernel is in trace_scene.cl. All that it
+takes of jaxbrdf is public: `Collection` puts the materials behind one function, and their numbers into one array.
 Samples are added pass by pass; Ctrl-C ends with what is there, and exit code 130.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import signal
 import sys
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -40,14 +42,15 @@ DRAWS = {"mis": (1, 1), "light": (1, 0), "brdf": (0, 1)}
 """Directions drawn at each surface by the light and by the material."""
 
 LONGEST_ROW = 3
-SPACING = 2.5
-"""Between the centres of unit spheres, along a row; rows are a little closer."""
+SPACING, BEHIND = 2.7, 2.3
+"""Between the centres of unit spheres along a row, and of rows."""
 
-FIELD_OF_VIEW, ELEVATION = np.radians(24.0), np.radians(14.0)
-MARGIN = 1.12
-"""The camera: the picture's height, its own height over the spheres, and the room around them."""
+FIELD_OF_VIEW, ELEVATION = np.radians(24.0), np.radians(17.0)
+MARGIN = 1.0
+"""The camera: angles in radians over the picture's height and above the spheres, and their size with some room."""
 
 REPORT_SECONDS = 1.0
+"""Between two lines of progress."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ class Options:
     depth: int = 3
     seed: int = 0
     strategy: str = "mis"
-    floor: float | None = 0.4
+    floor: float | None = 0.3
     png: str | None = None
 
 
@@ -96,17 +99,8 @@ class Sky(NamedTuple):
     density: np.ndarray
 
 
-class Camera(NamedTuple):
-    """A pinhole: its place, and right, up and forward, the first two scaled to half the picture; each `(3,)`."""
-
-    place: np.ndarray
-    right: np.ndarray
-    up: np.ndarray
-    forward: np.ndarray
-
-
 class Tracer(NamedTuple):
-    """The kernel with all its arguments but the last, and the sums that it adds to: `(height, width)` of float4."""
+    """The kernel with its buffers, of which the first is the sums that it adds to, and (width, height) in pixels."""
 
     queue: cl.CommandQueue
     kernel: cl.Kernel
@@ -152,34 +146,34 @@ def make_sky(radiance: np.ndarray) -> Sky:
 
 def cumulative(weights: np.ndarray) -> np.ndarray:
     """Sums along the last axis from 0 to 1, `(..., n)` to `(..., n + 1)`; where all weights are zero, even steps."""
-    total = weights.sum(-1, keepdims=True)
-    even = np.where(total > 0, weights, 1.0)
-    sums = np.cumsum(even, axis=-1)
+    sums = np.cumsum(np.where(weights.sum(-1, keepdims=True) > 0, weights, 1.0), axis=-1)
     sums = np.pad(sums / sums[..., -1:], [(0, 0)] * (sums.ndim - 1) + [(1, 0)])
     return sums.astype(np.float32)
 
 
 def arrange(count: int) -> np.ndarray:
-    """Unit spheres on the plane y = 0, `(count, 4)` as centre and radius, in one row or in two."""
-    front = count if count <= LONGEST_ROW else count // 2
-    rows = [(count - front, -0.9 * SPACING), (front, 0.0)]
-    centres = [(SPACING * (i - 0.5 * (n - 1)), 1.0, z, 1.0) for n, z in rows for i in range(n)]
-    return np.array(centres, np.float32)
+    """Unit spheres on the plane y = 0 from left to right, `(count, 4)` as centre and radius: a row, or a zigzag."""
+    i = np.arange(count)
+    zigzag = count > LONGEST_ROW
+    x = (0.5 if zigzag else 1.0) * SPACING * (i - 0.5 * (count - 1))
+    z = np.where(zigzag & (i % 2 == 0), -BEHIND, 0.0)
+    return np.stack([x, np.ones(count), z, np.ones(count)], axis=-1).astype(np.float32)
 
 
-def look_at(spheres: np.ndarray, aspect: float) -> Camera:
-    """A camera that sees all the spheres, from in front and a little above."""
+def look_at(spheres: np.ndarray, aspect: float) -> np.ndarray:
+    """A pinhole in front of the spheres and a little above, which sees them all.
+
+    Returns:
+        `(4, 3)`: its place, and right, up and forward, the first two as long as half the picture at distance 1.
+    """
     low, high = spheres[:, :3].min(axis=0) - 1.0, spheres[:, :3].max(axis=0) + 1.0
-    target = 0.5 * (low + high)
-    half_height = np.tan(0.5 * FIELD_OF_VIEW)
     width, height, depth = high - low
-    seen = height * np.cos(ELEVATION) + depth * np.sin(ELEVATION)
-    distance = 0.5 * depth + 0.5 * MARGIN * max(seen, width / aspect) / half_height
+    seen = max(height * np.cos(ELEVATION) + depth * np.sin(ELEVATION), width / aspect)
+    half = np.tan(0.5 * FIELD_OF_VIEW)
     forward = np.array([0.0, -np.sin(ELEVATION), -np.cos(ELEVATION)])
-    right = np.array([1.0, 0.0, 0.0])
-    return Camera(
-        target - distance * forward, half_height * aspect * right, half_height * np.cross(right, forward), forward
-    )
+    up = np.array([0.0, np.cos(ELEVATION), -np.sin(ELEVATION)])
+    place = 0.5 * (low + high) - 0.5 * (depth + MARGIN * seen / half) * forward
+    return np.stack([place, [half * aspect, 0.0, 0.0], half * up, forward])
 
 
 def source(options: Options, materials: Collection, sky: Sky) -> str:
@@ -194,7 +188,7 @@ def source(options: Options, materials: Collection, sky: Sky) -> str:
     return materials.source + defined + KERNEL.read_text()
 
 
-def make_tracer(options: Options, camera: Camera, spheres: np.ndarray, context: cl.Context) -> Tracer:
+def make_tracer(options: Options, camera: np.ndarray, spheres: np.ndarray, context: cl.Context) -> Tracer:
     """The compiled kernel and its buffers, the sums zero.
 
     Raises:
@@ -203,8 +197,8 @@ def make_tracer(options: Options, camera: Camera, spheres: np.ndarray, context: 
     materials = Collection.load([open_bundle(name) for name in options.bundles])
     sky = make_sky(load_radiance(options.env))
     kernel = cl.Kernel(build(context, source(options, materials, sky)), "add_sample")
-    four = np.pad(np.stack(camera), ((0, 0), (0, 1)))
-    sums = np.zeros((options.height, options.width, 4))
+    four = np.pad(camera, ((0, 0), (0, 1)))
+    sums = np.zeros((options.height, options.width, 4), np.float32)
     flags = cl.mem_flags.COPY_HOST_PTR
     arrays = [np.ascontiguousarray(a, np.float32) for a in (sums, four, spheres, materials.parameters, *sky)]
     buffers = [cl.Buffer(context, flags, hostbuf=array) for array in arrays]
@@ -215,8 +209,7 @@ def add_passes(tracer: Tracer, samples: int, seed: int, stop: threading.Event) -
     """Adds samples to every pixel until there are enough or `stop` is set; returns how many each was given."""
     start = told = time.perf_counter()
     for done in range(1, samples + 1):
-        key = np.array([done - 1, seed], np.uint32).view(cl.cltypes.uint2)[0]
-        tracer.kernel(tracer.queue, tracer.size, None, *tracer.buffers, key)
+        tracer.kernel(tracer.queue, tracer.size, None, *tracer.buffers, np.uint32(done - 1), np.uint32(seed))
         tracer.queue.finish()
         now = time.perf_counter()
         last = done == samples or stop.is_set()
@@ -230,13 +223,13 @@ def add_passes(tracer: Tracer, samples: int, seed: int, stop: threading.Event) -
 
 
 def picture(tracer: Tracer, passes: int) -> np.ndarray:
-    """The mean of the finite samples, linear Rec.709, `(H, W, 3)`; says so if there were others."""
+    """The mean of the samples that count, linear Rec.709, `(H, W, 3)`; says so if there were others."""
     width, height = tracer.size
     sums = np.empty((height, width, 4), np.float32)
     cl.enqueue_copy(tracer.queue, sums, tracer.buffers[0])
     lost = passes * width * height - int(sums[..., 3].sum(dtype=np.float64))
     if lost:
-        say(f"{lost} of {passes * width * height} samples were not finite and are left out")
+        say(f"{lost} of {passes * width * height} samples are NaN or too large: left out")
     return sums[..., :3] / np.maximum(sums[..., 3:], 1.0)
 
 
@@ -249,11 +242,11 @@ def render(options: Options) -> bool:
     for path in filter(None, (options.output, options.png)):
         check_writable(path)
     context = context_of(choose())
-    say(f"{len(options.bundles)} materials on {describe(context.devices[0])}")
     spheres = arrange(len(options.bundles))
     stop = threading.Event()
     try:
         tracer = make_tracer(options, look_at(spheres, options.width / options.height), spheres, context)
+        say(f"{options.width} x {options.height} pixels on {describe(context.devices[0])}")
         # a pass that has begun is finished, so that all pixels have as many samples
         signal.signal(signal.SIGINT, lambda *_: stop.set())
         passes = add_passes(tracer, options.samples, options.seed, stop)
@@ -273,53 +266,40 @@ def say(line: str) -> None:
 
 def parse(arguments: list[str] | None = None) -> Options:
     """The command line."""
-    parser = Parser(description=__doc__.splitlines()[0])
+    parser = Parser(prog="trace_scene", description=__doc__.splitlines()[0])
     parser.add_argument("bundles", nargs="+", metavar="BUNDLE", help="a .safetensors file, or the folder of a fit")
-    parser.add_argument("-o", "--output", required=True, type=named(".exr"), metavar="SCENE.exr")
-    parser.add_argument("--png", type=named(".png"), metavar="FILE.png", help="an exposed copy to look at")
+    parser.add_argument("-o", "--output", required=True, metavar="SCENE.exr", help="linear Rec.709")
+    parser.add_argument("--png", metavar="FILE.png", help="an exposed copy to look at")
     parser.add_argument("--env", default=STUDIO, metavar="MAP", help=f"an .hdr or .exr map, or {STUDIO} (default)")
-    parser.add_argument("--width", type=whole(1, 2**14), default=960)
-    parser.add_argument("--height", type=whole(1, 2**14), default=540)
-    parser.add_argument("--samples", type=whole(1, 2**20), default=64, help="a pixel (default 64)")
-    parser.add_argument("--depth", type=whole(1, 2**10), default=3, help="most surfaces of a path (default 3)")
-    parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=0)
-    parser.add_argument("--strategy", choices=DRAWS, default="mis", help="what draws directions (default both)")
-    parser.add_argument("--floor", type=albedo, default=0.4, help="the plane's albedo, or none for no plane")
+    parser.add_argument("--width", type=within(int, 1, 2**13), default=Options.width)
+    parser.add_argument("--height", type=within(int, 1, 2**13), default=Options.height)
+    parser.add_argument("--samples", type=within(int, 1, 2**20), default=Options.samples, help="a pixel (default 64)")
+    parser.add_argument("--depth", type=within(int, 1, 2**10), default=Options.depth, help="most surfaces (default 3)")
+    parser.add_argument("--seed", type=within(int, 0, 2**31 - 1), default=Options.seed)
+    parser.add_argument("--strategy", choices=DRAWS, default=Options.strategy, help="what draws directions")
+    parser.add_argument("--floor", type=within(float, 0, 1), default=Options.floor, help="albedo of the plane")
+    parser.add_argument("--no-floor", dest="floor", action="store_const", const=None, help="no plane")
     options = parser.parse_args(arguments)
+    for path, suffix in ((options.output, ".exr"), (options.png, ".png")):
+        if path is not None and Path(path).suffix != suffix:
+            parser.error(f"{path!r} must end in {suffix}")
     return Options(**{**vars(options), "bundles": tuple(options.bundles)})
 
 
-def named(suffix: str):
-    """A type of argument: a name that ends in the suffix."""
+def within(kind: type[int] | type[float], least: float, most: float) -> Callable[[str], float]:
+    """A type of argument: a number in a range."""
 
-    def check(text: str) -> str:
-        if Path(text).suffix != suffix:
-            raise argparse.ArgumentTypeError(f"{text!r} must end in {suffix}")
-        return text
-
-    return check
-
-
-def whole(least: int, most: int):
-    """A type of argument: a whole number in a range."""
-
-    def check(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and len(text) < 20 and least <= int(text) <= most):
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} to {most}")
-        return int(text)
+    def check(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value <= most:
+            name = "whole number" if kind is int else "number"
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {name} from {least} to {most}")
+        return value
 
     return check
-
-
-def albedo(text: str) -> float | None:
-    """A type of argument: a number from 0 to 1, or `none`."""
-    try:
-        value = None if text == "none" else float(text)
-    except ValueError:
-        value = -1.0
-    if value is not None and not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is neither a number from 0 to 1 nor none")
-    return value
 
 
 def main() -> int:
