@@ -25,7 +25,7 @@ class GatedConfig:
     Attributes:
         textures: sizes of H and D.
         hidden: widths of the hidden layers.
-        h_exponents, d_exponents: where the exponents of Eq. 7 start; (1, 1) is the identity.
+        h_exponents, d_exponents: where the exponents of Eq. 7 start; (1, 1) is the identity, () is no warp at all.
         horizon: whether the growth towards the horizon is a factor of its own (`jaxbrdf.models.horizon`); not in the
         paper.
     """
@@ -38,12 +38,12 @@ class GatedConfig:
 
 
 class GatedParams(NamedTuple):
-    """Textures `(channels, n_r, n_phi)`, their warps, the decoder, and the horizon's exponent `()` or None."""
+    """Textures `(channels, n_r, n_phi)`, their warps or None, the decoder, and the horizon's exponent `()` or None."""
 
     h: jax.Array
     d: jax.Array
-    warp_h: warp.RadialWarp
-    warp_d: warp.RadialWarp
+    warp_h: warp.RadialWarp | None
+    warp_d: warp.RadialWarp | None
     mlp: mlp.Mlp
     horizon: jax.Array | None
 
@@ -60,7 +60,7 @@ def gated(config: GatedConfig) -> Model:
 
     def init(key: jax.Array) -> GatedParams:
         key_textures, key_mlp = jax.random.split(key)
-        warps = warp.init(config.h_exponents), warp.init(config.d_exponents)
+        warps = [warp.init(exponents) if exponents else None for exponents in (config.h_exponents, config.d_exponents)]
         decoder = mlp.init(key_mlp, (2 * config.textures.channels, *config.hidden, 3))
         exponent = jnp.asarray(horizon.FIRST_EXPONENT) if config.horizon else None
         return GatedParams(*init_textures(key_textures, config.textures), *warps, decoder, exponent)
@@ -83,5 +83,7 @@ def decode(params: GatedParams, coordinates: GatedCoordinates) -> jax.Array:
     return log_f + params.horizon * coordinates.log_secant[None]
 
 
-def _fetch_warped(texture: jax.Array, warp_params: warp.RadialWarp, at: angular.Polar) -> jax.Array:
-    return angular.fetch(angular.close_centre(texture), at._replace(r=warp.apply(warp_params, at.r)))
+def _fetch_warped(texture: jax.Array, warp_params: warp.RadialWarp | None, at: angular.Polar) -> jax.Array:
+    if warp_params is not None:
+        at = at._replace(r=warp.apply(warp_params, at.r))
+    return angular.fetch(angular.close_centre(texture), at)

@@ -10,8 +10,8 @@ import numpy as np
 
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.opencl.parameters import ALIGNMENT, Parameters, Precision, parameters, stored_precision
-from jaxbrdf.opencl.shape import INLINE
+from jaxbrdf.opencl.parameters import ALIGNMENT, Parameters, parameters, stored_precision
+from jaxbrdf.opencl.shape import INLINE, Precision
 from jaxbrdf.opencl.source import entry_points, settings
 
 ARGUMENTS = "const float3 wi, const float3 wo, __global const float *parameters"

@@ -17,10 +17,10 @@ from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.manifest import Manifest
 from jaxbrdf.opencl import tuning
 from jaxbrdf.opencl.arrays import DeviceArray, queries_in
-from jaxbrdf.opencl.parameters import Precision, parameters, stored_precision
+from jaxbrdf.opencl.parameters import parameters, stored_precision
 from jaxbrdf.opencl.platform import describe, is_gpu
 from jaxbrdf.opencl.program import build
-from jaxbrdf.opencl.shape import INLINE, Shape
+from jaxbrdf.opencl.shape import INLINE, Precision, Shape
 from jaxbrdf.opencl.source import entry_points, settings
 
 KERNEL = "material"
@@ -78,7 +78,7 @@ class Material(NamedTuple):
         Raises:
             DataError: if the file is not a sound bundle.
             OpenCLError: if the device's compiler or memory refuses.
-            ValueError: of texels beyond the precision's range.
+            ValueError: of a part that kernels do not know, or of texels beyond the precision's range.
         """
         if not isinstance(bundle, Bundle):
             bundle = bundles.load(bundle)

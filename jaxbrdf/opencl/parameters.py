@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import expit
@@ -10,8 +10,9 @@ from scipy.special import expit
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.warp import RadialWarp, shares_and_exponents
-from jaxbrdf.opencl.shape import Shape
-from jaxbrdf.texture.angular import is_texture
+from jaxbrdf.opencl.shape import Precision, Shape
+from jaxbrdf.opencl.source import check_effects
+from jaxbrdf.texture.angular import close_centre, is_texture
 
 BLOCK = 8
 """Channels that a lookup reads at once: texels are padded to whole blocks."""
@@ -33,8 +34,6 @@ SILU_PEAK = 1.8444
 
 UNREAD_INPUTS = {"nbrdf": 1, "naive-mlp": 4}
 """The network's input that is zero for an isotropic material, y of wh or of wo: its weights are left out."""
-
-Precision = Literal["float16", "float32"]
 
 
 class Parameters(NamedTuple):
@@ -61,8 +60,10 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
     """The array that kernels of `shape` read, its texels stored in `precision`.
 
     Raises:
-        ValueError: of textures that are too large for kernels, or of texels beyond the precision's range.
+        ValueError: of a part that kernels do not know, of textures that are too large for them, or of texels beyond the
+            precision's range.
     """
+    check_effects(bundle.manifest.model, [name for name, value in _fields(bundle).items() if value is not None])
     macros: dict[str, str] = {"JB_ISOTROPIC": ""} if bundle.manifest.isotropic else {}
     weights, texels = _Writer(), _Writer()
     for name, value in _fields(bundle).items():
@@ -106,8 +107,10 @@ class _Writer:
 
 
 def _fields(bundle: Bundle) -> dict[str, Any]:
+    """The parameters by name, the centres of textures closed: a bundle that was never in a file may have them open."""
     params = bundle.params
-    return {"mlp": params} if isinstance(params, Mlp) else params._asdict()
+    fields: dict[str, Any] = {"mlp": params} if isinstance(params, Mlp) else params._asdict()
+    return {name: np.asarray(close_centre(v)) if _is_texture(v) else v for name, v in fields.items()}
 
 
 def _is_texture(value: Any) -> bool:

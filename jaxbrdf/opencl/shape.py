@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Literal, NamedTuple
+
+Precision = Literal["float16", "float32"]
+"""Of stored texels."""
 
 WIDTHS = (1, 4, 8, 16)
 MOST_ROWS = 12

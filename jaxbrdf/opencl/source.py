@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from importlib.resources import files
 
-from jaxbrdf.opencl.parameters import Precision
-from jaxbrdf.opencl.shape import Shape
+from jaxbrdf.opencl.shape import Precision, Shape
 
 INCLUDE = re.compile(r'#include "(\w+\.cl)"')
 
@@ -46,14 +46,40 @@ def entry_points(model: str | None, entry: str, macros: dict[str, str], *, prefi
         entry: a file of kernels_cl/entry, which calls the model.
         macros: as `parameters.Parameters` has them; they hold for these functions alone.
         prefix: of the names.
+
+    Raises:
+        ValueError: if there is no kernel of the model.
     """
-    models = [] if model is None else [f"models/{model.replace('-', '_')}.cl"]
+    models = [] if model is None else [_model_file(model)]
     own = [*models, f"entry/{entry}.cl"]
     texts = _with_includes(own)
     shared = [text for name, text in texts.items() if name not in own]
     named = {"JB_NAME(x)": f"{prefix}_##x"} | macros
     ending = [f"#undef {name.partition('(')[0]}" for name in named]
     return "".join(shared) + _joined(_defines(named)) + "".join(texts[name] for name in own) + _joined(ending)
+
+
+def check_effects(model: str, effects: Iterable[str]) -> None:
+    """Refuses a material with a part that its kernel would leave out.
+
+    Args:
+        model: a key of `models.table.MODELS`.
+        effects: names of the material's parts.
+
+    Raises:
+        ValueError: naming the part.
+    """
+    text = files("kernels_cl").joinpath(*_model_file(model).split("/")).read_text()
+    for effect in effects:
+        if not re.search(rf"\bJB_{effect.upper()}\b", text):
+            raise ValueError(f"the kernel of model {model} does not know {effect}")
+
+
+def _model_file(model: str) -> str:
+    name = f"{model.replace('-', '_')}.cl"
+    if not files("kernels_cl").joinpath("models", name).is_file():
+        raise ValueError(f"there is no kernel of model {model!r}")
+    return f"models/{name}"
 
 
 def _defines(macros: dict[str, str]) -> list[str]:

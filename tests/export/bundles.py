@@ -22,6 +22,7 @@ VARIANTS: dict[str, tuple[str, Any]] = {
 }
 VARIANTS["gated horizon"] = ("gated", dataclasses.replace(with_isotropy(GatedConfig(), False), horizon=True))
 VARIANTS["gated three warps"] = ("gated", GatedConfig(h_exponents=(0.6, 1.0, 2.0), d_exponents=(1.5,)))
+VARIANTS["gated one warp"] = ("gated", GatedConfig(h_exponents=()))
 VARIANTS["tripleplane odd sizes"] = (
     "tripleplane",
     MODELS["tripleplane"].config(textures=TextureSizes(False, 3, 5, 2, 7, 3), hidden=(5, 9, 4)),

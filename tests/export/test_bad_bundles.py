@@ -88,7 +88,7 @@ def test_an_untouched_rewrite_is_read():
             "tensor h is (2, 4, 5), its config says (2, 1048576, 5)",
         ),
         (changed("config", "textures", "h_radii", value=True), "config.textures.h_radii is True, not a int"),
-        (changed("config", "h_exponents", value=[]), "tensor warp_h.logits is (2,), its config says (0,)"),
+        (changed("config", "h_exponents", value=[]), "tensor 'warp_h.exponents' does not belong to model gated"),
         (changed("config", "h_exponents", value=[1, 1e999]), "config.h_exponents[1] is inf"),
         (changed("provenance", "seed", value="3"), "manifest.provenance.seed is '3', not a int"),
         (changed("errors", "mae", value=None), "manifest.errors.mae is None, not a float"),

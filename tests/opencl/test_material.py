@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jaxbrdf.opencl import Material
-from tests.export.bundles import small_bundle
+from tests.export.bundles import random_bundle, small_bundle
 from tests.opencl.conftest import Device
 
 
@@ -45,9 +45,18 @@ def test_wrong_shapes_are_refused(loaded: Material, wi: tuple[int, ...], wo: tup
         loaded.evaluate(np.zeros(wi), np.zeros(wo))
 
 
-def test_directions_that_are_not_finite_do_not_read_outside(loaded: Material):
-    bad = np.array(
-        [[np.nan, 0, 1], [np.inf, 0, 1], [np.nan] * 3, [1e38, 1e38, 1e38], [np.inf, np.nan, np.inf]], np.float32
-    )
-    wi, wo = np.repeat(bad, len(bad), axis=0), np.tile(bad, (len(bad), 1))
-    assert loaded.evaluate(wi, wo).shape == (25, 3)
+@pytest.mark.parametrize("variant", ["gated horizon", "nbrdf isotropic", "naive-mlp isotropic"])
+def test_a_direction_that_is_no_number_stays_visible(opencl: Device, variant: str):
+    bad = np.array([[np.nan, 0, 1], [np.inf, 0, 1], [np.nan] * 3, [0, 1, -np.nan], [np.inf, 0, np.inf]], np.float32)
+    good = np.array([[0, 0, 1], [0.6, 0, 0.8], [0, 0.6, -0.8]], np.float32)
+    bad, good = np.repeat(bad, len(good), axis=0), np.tile(good, (len(bad), 1))
+    loaded = Material.load(random_bundle(variant), opencl.context)
+    assert np.isnan(loaded.evaluate(bad, good)).all()
+    assert np.isnan(loaded.evaluate(good, bad)).all()
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-20, 1e-3, 0.99, 3.0, 1e12])
+def test_a_direction_that_is_not_of_unit_length_gives_a_number(opencl: Device, loaded: Material, scale: float):
+    wi, wo = directions((64,)), directions((64, 1))[..., 0, :]
+    assert np.isfinite(loaded.evaluate(np.float32(scale) * wi, wo)).all()
+    assert np.isfinite(loaded.evaluate(np.float32(scale) * wi, np.float32(scale) * wo)).all()
