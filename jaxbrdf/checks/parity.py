@@ -14,7 +14,7 @@ from scipy.ndimage import zoom
 
 from jaxbrdf.checks.finite import hard_queries
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.export.bundle import material as jax_material
+from jaxbrdf.export.manifest import build_model
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import context_of
@@ -121,9 +121,12 @@ def _unit(w: jax.Array) -> jax.Array:
 
 
 def jax_values(bundle: Bundle, query: Query) -> np.ndarray:
-    """What is right: f as jitted JAX gives it, of the query's shape."""
-    reference = jax_material(bundle)
-    return np.asarray(jax.jit(reference.brdf.eval)(reference.params, query))
+    """What is right: f as jitted JAX gives it in float64 for directions in float32, of the query's shape."""
+    wi, wo = (np.asarray(w, np.float64) for w in (query.wi, query.wo))
+    with jax.enable_x64(True):
+        evaluate = jax.jit(build_model(bundle.manifest).eval)
+        params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), bundle.params)
+        return np.asarray(evaluate(params, Query(jnp.asarray(wi), jnp.asarray(wo))))
 
 
 def opencl_parity(

@@ -11,9 +11,8 @@
 JB_INLINE jb_real jb_reflectance(const jb_real log2_f) { return jb_exp2(jb_at_most(log2_f, JB_LARGEST_LOG2)); }
 
 // f where both directions leave the front of the surface, else zero; NaN where a component of either is NaN or infinite.
-// A subnormal cosine counts as zero: JAX flushes it, and so do many devices.
 JB_INLINE jb_real3 jb_above_horizon(const jb_real3 wi, const jb_real3 wo, const jb_real3 f) {
-    const jb_integer lit = (wi.z >= FLT_MIN) & (wo.z >= FLT_MIN);
+    const jb_integer lit = (wi.z > 0.0f) & (wo.z > 0.0f);
     // zero, or NaN
     const jb_real fault = 0.0f * (wi.x + wi.y + wi.z + wo.x + wo.y + wo.z);
     const jb_real none = JB_REAL(0.0f);
