@@ -1,4 +1,4 @@
-"""How far the kernels are from float64: ten million random pairs and every hard one, for each model, variant and device.
+"""How far the kernels are from float64: ten million random pairs and all hard ones, for each model, variant and device.
 
     python experiments/check_opencl_float64.py            # about six minutes a device
 

@@ -35,7 +35,9 @@ class Bundle(NamedTuple):
 
 
 def to_bytes(bundle: Bundle, *, precision: Literal["float16", "float32"] = "float32") -> bytes:
-    """The file's content, its arrays stored in `precision`.
+    """The file's content, its textures stored in `precision`.
+
+    Weights stay in float32: they are few, and rounding them costs more than rounding all texels.
 
     Raises:
         ValueError: naming an array that does not belong to the model, is not finite or exceeds the precision's range.
@@ -44,7 +46,8 @@ def to_bytes(bundle: Bundle, *, precision: Literal["float16", "float32"] = "floa
     shapes = _shapes(named_leaves(_template(bundle.manifest)))
     if _shapes(arrays) != shapes:
         raise ValueError(f"params are {_shapes(arrays)}, the config of {bundle.manifest.model} wants {shapes}")
-    stored = {name: _narrow(name, array, np.dtype(precision)) for name, array in arrays.items()}
+    narrow, full = np.dtype(precision), np.dtype("float32")
+    stored = {name: _narrow(name, array, narrow if is_texture(array) else full) for name, array in arrays.items()}
     return safetensors.numpy.save(stored, metadata={METADATA_KEY: to_json(bundle.manifest)})
 
 

@@ -24,7 +24,7 @@ from jaxbrdf.opencl.shape import INLINE, Precision, Shape
 from jaxbrdf.opencl.source import entry_points, settings
 
 KERNEL = "material"
-PLANAR, INTERLEAVED = np.uint32(0), np.uint32(1)
+PLANAR, INTERLEAVED = 0, 1
 READ = cl.map_flags.READ
 
 OUT_OF_MEMORY = {
@@ -93,6 +93,8 @@ class Material(NamedTuple):
         except cl.Error as error:
             raise OpenCLError(f"the parameters do not fit on {describe(device)}: {error}") from None
         kernel = cl.Kernel(program, f"{KERNEL}_evaluate")
+        # known types are set twenty times faster
+        kernel.set_scalar_arg_dtypes([np.uint64, np.uint32, None, None, None, None])
         return cls(bundle, precision, used, context, queue, kernel, threading.Lock(), numbers)
 
     @property
@@ -176,7 +178,7 @@ class Material(NamedTuple):
         self,
         queue: cl.CommandQueue,
         count: int,
-        layout: np.uint32,
+        layout: int,
         arrays: Sequence[DeviceArray],
         wait_for: Sequence[cl.Event] | None,
     ) -> cl.Event:
@@ -185,7 +187,7 @@ class Material(NamedTuple):
         buffers = [getattr(array, "data", array) for array in arrays]
         grid, group = self.shape.grid(count), (self.shape.group,)
         with self.lock:
-            self.kernel.set_args(np.uint64(count), layout, *buffers, self.parameters)
+            self.kernel.set_args(count, layout, *buffers, self.parameters)
             return cl.enqueue_nd_range_kernel(queue, self.kernel, grid, group, wait_for=wait_for)
 
     def _evaluate_in_parts(self, wi: np.ndarray, wo: np.ndarray, f: np.ndarray) -> None:

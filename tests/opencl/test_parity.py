@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from jaxbrdf.checks.finite import hard_queries
-from jaxbrdf.checks.parity import demanding_queries, jax_values, opencl_parity, random_params
+from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_queries, jax_values, opencl_parity, random_params
 from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
-from jaxbrdf.opencl import Material
+from jaxbrdf.opencl import Material, material, tuning
 from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.types import Query
 from tests.export.bundles import VARIANTS, bundle_of, demanding_bundle
@@ -66,6 +66,21 @@ def expected_of_half() -> np.ndarray:
 def test_every_width_gives_what_jax_gives(opencl: Device, shape: Shape):
     variant = "gated horizon"
     assert opencl_parity(stored(variant), opencl.device, queries(), expected(variant), shape=shape).violation <= 1.0
+
+
+@pytest.mark.parametrize("variant", ["gated horizon", "tripleplane isotropic", "nbrdf general"])
+def test_the_path_of_a_gpu_gives_the_same(opencl: Device, monkeypatch: pytest.MonkeyPatch, variant: str):
+    # one query a work item, weights in local memory, loops unrolled, arrays copied
+    for module in (material, tuning):
+        monkeypatch.setattr(module, "is_gpu", lambda _: True)
+    loaded = Material.load(stored(variant), opencl.context)
+    assert loaded.shape == tuning.GPU_SHAPE
+    assert "#define JB_WEIGHTS __local" in material.kernel_source(
+        stored(variant), "float32", loaded.shape, opencl.device
+    )
+    found = loaded.evaluate(np.asarray(few_queries().wi), np.asarray(few_queries().wo))
+    wanted = expected(variant)[::64]
+    assert (np.abs(found - wanted) <= RELATIVE * wanted + ABSOLUTE).all()
 
 
 def test_a_network_far_wider_than_registers(opencl: Device):
