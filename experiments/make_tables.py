@@ -42,16 +42,18 @@ class Table(NamedTuple):
     """A table of the documentation.
 
     Attributes:
-        name: of the results, without .json, and of the table, without .md.
+        name: of the table, without .md.
         script: that makes the results.
         write: the results' JSON as Markdown.
         in_readme: whether it stands in the README too.
+        source: name of the results, without .json, where it is not the table's.
     """
 
     name: str
     script: str
     write: Callable[[Any], str]
     in_readme: bool = False
+    source: str = ""
 
 
 def fits(rows: list[Row]) -> str:
@@ -89,18 +91,101 @@ def rgl(found: dict[str, Any]) -> str:
     return markdown(rows, columns, closing="worst")
 
 
+def _named(device: str) -> str:
+    """A device's driver, without the processor's name."""
+    return device.partition("(")[2].rstrip(")").split(", ")[-1].replace("OpenCL 3.1 LINUX", "Intel's runtime")
+
+
+SPEED_ROWS = (
+    ("FMA ceiling, GFLOP/s", "fma_ceiling_gflops", 1, ".0f"),
+    ("10-32-32-32-6, ReLU, share of the ceiling", "relu share", 1, ".2f"),
+    ("10-32-32-32-6, SiLU, share of the ceiling", "silu share", 1, ".2f"),
+    ("gated model, million evaluations a second", "gated_evaluations_per_second", 1e-6, ".1f"),
+    ("the same, for each GFLOP/s of the ceiling", "gated_evaluations_per_second_per_gflops", 1e-6, ".2f"),
+    ("jitted JAX, million evaluations a second", "jax_evaluations_per_second", 1e-6, ".1f"),
+    ("gated model over jitted JAX", "gated_over_jax", 1, ".1f"),
+    ("one frame of 1920 x 1080, ms", "frame_milliseconds", 1, ".1f"),
+    ("1,000 queries, whole call from Python, us", "call_microseconds", 1, ".0f"),
+    ("one inline query of one material, ns", "one", 1, ".0f"),
+    ("the same, one of 25 materials by index, ns", "one_of_25", 1, ".0f"),
+    ("program build, nothing cached, s", "cold_seconds", 1, ".1f"),
+    ("program build, cached, ms", "cached_milliseconds", 1, ".0f"),
+)
+
+
+def _speeds(found: dict[str, Any]) -> dict[str, Any]:
+    """A device's figures under the names of `SPEED_ROWS`."""
+    shares = {f"{name} share": value for name, value in found["network_share_of_ceiling"].items()}
+    return found | shares | found["choosing_nanoseconds"]
+
+
+def opencl_speed(found: list[dict[str, Any]]) -> str:
+    """One column a device."""
+    rows = []
+    for title, key, unit, form in SPEED_ROWS:
+        values = {_named(device["device"]): _speeds(device)[key] for device in found}
+        rows.append({"what": title} | {name: _with_spread(value, unit, form) for name, value in values.items()})
+    shapes = {_named(d["device"]): f"{d['shape']['width']} x {d['shape']['rows']}" for d in found}
+    rows.append({"what": "queries a work item x rows a tile"} | shapes)
+    return markdown(rows, (Column("what", "what"), *(Column(_named(d["device"]), _named(d["device"])) for d in found)))
+
+
+def _with_spread(value: Any, unit: float, form: str) -> str:
+    """The median, and from where to where the rounds went."""
+    if not isinstance(value, dict):
+        return format(unit * value, form)
+    median, least, greatest = (format(unit * value[name], form) for name in ("median", "least", "greatest"))
+    return f"{median} ({least} to {greatest})"
+
+
+def opencl_effects(found: list[dict[str, Any]]) -> str:
+    """Nanoseconds that each effect costs, one column a device."""
+    rows = []
+    for i, effect in enumerate(found[0]["effects"]):
+        row = {"effect": effect["effect"]}
+        for device in found:
+            entry = device["effects"][i]
+            row[_named(device["device"])] = f"{entry.get('nanoseconds', entry.get('saved'))['median']:.1f}"
+        rows.append(row)
+    columns = (Column(_named(d["device"]), f"{_named(d['device'])}, ns") for d in found)
+    return markdown(rows, (Column("effect", "effect"), *columns))
+
+
+def opencl_float64(found: dict[str, Any]) -> str:
+    """The largest difference from float64 by model and variant, one column a device."""
+    rows = [
+        {"model": row["model"], "variant": row["variant"]}
+        | {_named(name): of["violation"] for name, of in row["devices"].items()}
+        for row in found["rows"]
+    ]
+    names = [_named(name) for name in found["rows"][0]["devices"]]
+    columns = (Column("model", "model"), Column("variant", "variant"), *(Column(n, n, ".2f", max) for n in names))
+    return markdown(rows, columns, closing="worst")
+
+
+def half_storage(rows: list[Row]) -> str:
+    """What float16 adds to each error, in per cent of it."""
+    names = {"mae": "MAE, %", "smape": "SMAPE, %", "rmse": "RMSE, %"}
+    columns = (Column("material", "material"), *(Column(key, title, ".3f", max) for key, title in names.items()))
+    return markdown(rows, columns, closing="worst")
+
+
 TABLES = (
     Table("bench_fit_quick", "bench_fit.py --preset quick", fits, in_readme=True),
     Table("bench_fit_standard", "bench_fit.py --preset standard", fits),
     Table("bench_models", "bench_models.py", models),
     Table("throughput", "bench_throughput.py", throughput),
+    Table("opencl_speed", "bench_opencl.py", opencl_speed),
+    Table("opencl_effects", "bench_opencl.py", opencl_effects, source="opencl_speed"),
+    Table("opencl_float64", "check_opencl_float64.py", opencl_float64),
+    Table("half_storage", "check_half_storage.py", half_storage),
     Table("rgl_mitsuba", "check_rgl_against_mitsuba.py", rgl),
 )
 
 
 def content(table: Table) -> str:
     """The table in Markdown, or where its results are to come from."""
-    path = RESULTS / f"{table.name}.json"
+    path = RESULTS / f"{table.source or table.name}.json"
     if not path.exists():
         return f"Not measured yet: `python experiments/{table.script}` does it.\n"
     return table.write(json.loads(path.read_text()))

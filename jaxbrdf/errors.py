@@ -24,5 +24,9 @@ class FitError(JaxbrdfError):
     """A fit that diverged or cannot be resumed; the message names the checkpoint that was kept."""
 
 
+class BudgetError(JaxbrdfError):
+    """No candidate meets a budget; the message names the closest."""
+
+
 class OpenCLError(JaxbrdfError):
     """No usable OpenCL device, or a program that the device's compiler refuses."""

@@ -26,6 +26,7 @@ LAYERS = (
     ("opencl",),
     ("checks", "report"),
     ("jobs",),
+    ("commands",),
     ("cli",),
     ("__main__",),
 )

@@ -14,11 +14,12 @@ import pytest
 
 import jaxbrdf
 from jaxbrdf import cli
+from jaxbrdf.commands import fit as fit_command
 from jaxbrdf.fit.presets import PRESETS
 from jaxbrdf.models.table import MODELS
 from tests.source import ROOT
 
-COMMANDS = ("fit", "eval", "compare", "render", "info", "convert")
+COMMANDS = ("fit", "pareto", "bench", "eval", "compare", "render", "info", "convert")
 
 
 def help_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -59,7 +60,7 @@ def test_an_interrupted_fit_promises_only_what_is_there(
     def interrupt(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "fit", interrupt)
+    monkeypatch.setattr(fit_command, "fit", interrupt)
     if has_checkpoint:
         (tmp_path / "my fit.checkpoint").touch()
     out = tmp_path / "my fit.safetensors"

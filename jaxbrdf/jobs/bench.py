@@ -8,14 +8,12 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxbrdf.jobs.price import interleaved, jax_rate, opencl_run, timed_query
+from jaxbrdf.jobs.price import ROUNDS, best_jax_run, interleaved, opencl_run, price_of, timed_query
 from jaxbrdf.jobs.source import open_bundle
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl import ceiling
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import choose, context_of, describe
-
-ROUNDS = 15
 
 
 def bench(name: str) -> dict[str, Any]:
@@ -32,31 +30,30 @@ def bench(name: str) -> dict[str, Any]:
     material = Material.load(bundle, context)
     build_seconds = time.perf_counter() - clock
     query = timed_query()
-    count = len(query.wi)
     run = opencl_run(material, query)
-    jax_evaluations = jax_rate(bundle, query)
-    chains = ceiling.all_chains(context)
-    rates: dict[str, list[float]] = {"jax": [], "ceiling": []}
+    jax_run, jax_count = best_jax_run(bundle, query)
+    chains, peaks = ceiling.all_chains(context), []
     times = interleaved(
         {
             "opencl": run,
-            "jax": lambda: rates["jax"].append(jax_evaluations()),
-            "ceiling": lambda: rates["ceiling"].append(ceiling.gflops(chains, material.queue)),
+            "jax": jax_run,
+            "ceiling": lambda: peaks.append(ceiling.gflops(chains, material.queue)),
         },
         ROUNDS,
-    )["opencl"]
-    nanoseconds = 1e9 * np.array(times) / count
-    median = float(np.median(nanoseconds))
+    )
+    price = price_of(times["opencl"], len(query.wi))
     return {
+        "name": bundle.manifest.name,
+        "model": bundle.manifest.model,
         "device": describe(material.queue.device),
         "width": material.shape.width,
         "precision": material.precision,
-        "ns_per_evaluation": median,
-        "ns_spread": [float(nanoseconds.min()), float(nanoseconds.max())],
-        "evaluations_per_second": 1e9 / median,
-        "gflops": network_operations(bundle.params) / median,
-        "fma_ceiling_gflops": max(rates["ceiling"]),
-        "jax_evaluations_per_second": float(np.median(rates["jax"])),
+        "ns_per_evaluation": price.ns,
+        "ns_spread": [price.least, price.most],
+        "evaluations_per_second": 1e9 / price.ns,
+        "gflops": network_operations(bundle.params) / price.ns,
+        "fma_ceiling_gflops": max(peaks),
+        "jax_evaluations_per_second": 1e9 / price_of(times["jax"], jax_count).ns,
         "build_seconds": build_seconds,
     }
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
-
-import jax
 
 from jaxbrdf.brdf.measured import symmetrised
 from jaxbrdf.export import bundle as bundles
@@ -25,8 +22,8 @@ def compare(bundle: str, reference: str, *, against: str | None = None) -> dict[
     fitted = bundles.material(open_bundle(bundle))
     truth = symmetrised(open_source(reference).material)
     materials = {"bundle": fitted} | ({"against": open_source(against).material} if against else {})
-    errors = judge.brdf_errors(materials, jax.jit(partial(truth.brdf.eval, truth.params)))
-    pictures = judge.render_many(materials, truth)
+    draws = judge.draw(truth)
+    errors, pictures = judge.brdf_errors(materials, draws), judge.pictures(materials, draws.lighting)
     report: dict[str, Any] = {
         name: judge.plain_errors(errors[name]) | judge.picture_errors(pictures[name]) for name in errors
     }

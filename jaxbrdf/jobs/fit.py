@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import asdict
-from functools import partial
-from importlib.metadata import version
 from typing import Any, NamedTuple
 
-import jax
-
-from jaxbrdf.brdf.measured import symmetrised
 from jaxbrdf.data.output import write_atomically
-from jaxbrdf.errors import FitError, JaxbrdfError
+from jaxbrdf.errors import FitError
 from jaxbrdf.export import bundle as bundles
-from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.export.manifest import Manifest, Provenance
 from jaxbrdf.jobs import judge
-from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, model_config, output_paths, prepare_output, preset_of
+from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, output_paths, prepare_output
+from jaxbrdf.jobs.fitting import Judged, bundle_of, judged_as_stored, task_of
 from jaxbrdf.jobs.progress import Reporter
-from jaxbrdf.jobs.source import Source, open_source
-from jaxbrdf.jobs.training import Task, Trained, train
-from jaxbrdf.models.table import MODELS
+from jaxbrdf.jobs.reference import Reference, open_reference
+from jaxbrdf.jobs.training import train
 from jaxbrdf.report.pictures import side_by_side
 
 NOTED_ERRORS = (("image_flip", "FLIP"), ("mae", "MAE"), ("smape", "SMAPE"), ("rmse", "RMSE"))
@@ -46,78 +38,56 @@ def fit(config: FitConfig, reporter: Reporter) -> FitResult:
     Raises:
         JaxbrdfError: if the input, the output or the request cannot be used, or the training diverges.
     """
-    preset = preset_of(config)
-    source = open_source(config.source)
-    if source.bundle is not None:
-        raise JaxbrdfError(f"{config.source}: is a bundle already; a fit wants a measured file or a built-in material")
+    candidate, recipe = config.candidate, config.recipe
+    reference = open_reference(config.source)
     paths = output_paths(config.output)
     prepare_output(paths)
-    truth = symmetrised(source.material)
-    sizes = model_config(config.model, isotropic=truth.isotropic, hidden=None if config.paper_sizes else preset.hidden)
-    compiled = jax.jit(partial(truth.brdf.eval, truth.params))
-    record = {"input": source.sha256 or source.material.name, "model": repr(sizes), "preset": config.preset}
-    task = Task(
-        model=MODELS[config.model].build(sizes),
-        truth=compiled,
-        preset=preset,
-        seed=config.seed,
-        checkpoint=paths.checkpoint,
-        record={**record, "seed": config.seed, "devices": len(jax.devices())},
-    )
+    task = task_of(candidate, reference, recipe, paths.checkpoint)
     trained = train(task, config.budget_seconds, config.resume, reporter)
-    bundle = _as_stored(_bundle(config, source, sizes, trained), config, paths)
-    return _judge_and_write(config, source, compiled, bundle, paths, reporter)
-
-
-def _bundle(config: FitConfig, source: Source, sizes: Any, trained: Trained) -> Bundle:
-    provenance = Provenance(
-        input=source.path.name if source.path else source.material.name,
-        sha256=source.sha256,
-        version=version("jaxbrdf"),
-        seed=config.seed,
-        preset=config.preset,
-        steps=trained.steps,
-    )
-    manifest = Manifest(source.material.name, config.model, sizes, provenance, errors={}, cost=trained.cost)
-    return Bundle(manifest, trained.params)
-
-
-def _as_stored(bundle: Bundle, config: FitConfig, paths: FitPaths) -> Bundle:
-    """The bundle as a reader of its file gets it: rounded to the precision, which the errors are to include."""
-    try:
-        return bundles.from_bytes(bundles.to_bytes(bundle, precision=config.precision), paths.bundle)
-    except ValueError as error:
-        raise FitError(f"{paths.bundle}: {error}; the checkpoint is kept in {paths.checkpoint}") from None
-
-
-def _finite(errors: dict[str, float], paths: FitPaths) -> dict[str, float]:
-    for name, value in errors.items():
-        if not math.isfinite(value):
-            raise FitError(f"{paths.bundle}: the fit's {name} is {value}; the checkpoint is kept in {paths.checkpoint}")
-    return errors
-
-
-def _judge_and_write(
-    config: FitConfig, source: Source, truth: Any, bundle: Bundle, paths: FitPaths, reporter: Reporter
-) -> FitResult:
     reporter.say("judging")
-    fitted = bundles.material(bundle)
-    errors = judge.brdf_errors({"fit": fitted}, truth)["fit"]
-    pictures = judge.render_pair(fitted, symmetrised(source.material))
-    plain = _finite(judge.plain_errors(errors) | judge.picture_errors(pictures), paths)
-    cost = bundle.manifest.cost | judge.evaluation_cost(bundle)
-    bundle = bundle._replace(manifest=bundle.manifest._replace(errors=plain, cost=cost))
+    bundle = bundle_of(candidate, reference, recipe, trained)
+    try:
+        judged = judged_as_stored(bundle, config.precision, judge.draw(reference.material))
+    except FitError as error:
+        raise FitError(f"{paths.bundle}: {error}; the checkpoint is kept in {paths.checkpoint}") from None
+    result = write_fit(config, reference, judged, paths)
+    paths.checkpoint.unlink(missing_ok=True)
+    return result
+
+
+def write_fit(
+    config: FitConfig, reference: Reference, judged: Judged, paths: FitPaths, *, more: dict[str, Any] | None = None
+) -> FitResult:
+    """Writes a fit's bundle, report and picture, and what an evaluation costs into the first two.
+
+    Args:
+        config: as the report has it.
+        reference: what was fitted.
+        judged: the fit.
+        paths: of its files.
+        more: further entries of the report.
+
+    Raises:
+        DataError: if a file cannot be written.
+    """
+    manifest = judged.bundle.manifest
+    cost = manifest.cost | judge.evaluation_cost(judged.bundle)
     report = {
         "config": asdict(config),
-        "errors": plain,
+        "errors": manifest.errors,
         "cost": cost,
         "opencl_device": judge.opencl_device(),
-        "source": judge.describe_truth(source),
+        "source": judge.describe_truth(reference.source),
     }
+    report |= more or {}
+    bundle = judged.bundle._replace(manifest=manifest._replace(cost=cost))
     bundles.save(paths.bundle, bundle, precision=config.precision)
     write_atomically(paths.report, json.dumps(report, indent=1).encode())
-    note = "   ".join(f"{title} {plain[name]:.4f}" for name, title in NOTED_ERRORS)
-    title = f"{source.material.name}, {config.model}"
-    write_atomically(paths.picture, side_by_side(*pictures, title=title, note=note))
-    paths.checkpoint.unlink(missing_ok=True)
+    write_atomically(paths.picture, _picture(judged))
     return FitResult(paths, report)
+
+
+def _picture(judged: Judged) -> bytes:
+    manifest = judged.bundle.manifest
+    note = "   ".join(f"{title} {manifest.errors[name]:.4f}" for name, title in NOTED_ERRORS)
+    return side_by_side(*judged.pictures, title=f"{manifest.name}, {manifest.model}", note=note)

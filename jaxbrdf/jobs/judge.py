@@ -3,37 +3,39 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from jaxbrdf.brdf.measured import asymmetry, clamped_share
-from jaxbrdf.brdf.sampler import sampler_of
-from jaxbrdf.core.directions import cos_theta
-from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.errors import OpenCLError
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.jobs.price import QUERIES, interleaved, jax_run, opencl_run, timed_query
 from jaxbrdf.jobs.source import Source
-from jaxbrdf.metrics.brdf_space import BrdfErrors, compare_many
+from jaxbrdf.metrics.brdf_space import LEAST_PAIRS, BrdfErrors, TruePairs, compare_at, true_pairs
 from jaxbrdf.metrics.image import image_errors
 from jaxbrdf.opencl.material import Material as DeviceMaterial
 from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.render.environment import make_environment
-from jaxbrdf.render.integrate import render_environment
-from jaxbrdf.render.proposal import with_sampler
+from jaxbrdf.render.paths import Paths, draw_paths, pictures_by
 from jaxbrdf.render.studio import studio
 from jaxbrdf.sampling.pairs import draw_weighted
-from jaxbrdf.types import Brdf, Material, Params, Query, Sample
+from jaxbrdf.types import Material
 
 JUDGING_SEED = 20_260_101
 """Draws that no fit's seed reaches: fits fold their seed, judges do not."""
 
+PAIRS = LEAST_PAIRS
+SIZE, SAMPLES = 192, 64
+"""Of a judged picture: pixels a side, draws a pixel."""
+
 TIMED_RUNS = 7
+
+METRICS = {"mae": "mae", "smape": "smape", "rmse": "rmse", "log_rmse": "log_rmse", "flip": "image_flip"}
+"""What a budget or a plot may name, and its name among a bundle's errors."""
 
 
 class Pictures(NamedTuple):
@@ -43,10 +45,49 @@ class Pictures(NamedTuple):
     reference: np.ndarray
 
 
-def brdf_errors(materials: dict[str, Material], truth: Callable[[Query], jax.Array]) -> dict[str, BrdfErrors]:
-    """Each material's errors against `truth` on the same pairs (docs/conventions.md)."""
+class Lighting(NamedTuple):
+    """The ways of light to a picture's pixels, and the reference by them."""
+
+    paths: list[Paths]
+    picture: np.ndarray
+
+
+class Draws(NamedTuple):
+    """What every fit of a material is judged on: drawn once, so that fits are comparable and a slow reference is cheap.
+
+    Attributes:
+        pairs: of directions, with the reference's f.
+        lighting: of the sphere in the built-in studio.
+    """
+
+    pairs: list[TruePairs]
+    lighting: Lighting
+
+
+class Judgement(NamedTuple):
+    """Errors by name, with their standard errors, and the pictures that some of them are of."""
+
+    errors: dict[str, float]
+    pictures: Pictures
+
+
+def draw(reference: Material) -> Draws:
+    """The draws for fits of a material (docs/conventions.md): about 150 MB."""
+    truth = jax.jit(partial(reference.brdf.eval, reference.params))
+    pairs = true_pairs(jax.random.key(JUDGING_SEED), truth, draw_weighted, pairs=PAIRS)
+    return Draws(list(pairs), light(reference))
+
+
+def judgement(fit: Material, draws: Draws) -> Judgement:
+    """All errors of one fit."""
+    made = pictures({"": fit}, draws.lighting)[""]
+    return Judgement(plain_errors(brdf_errors({"": fit}, draws)[""]) | picture_errors(made), made)
+
+
+def brdf_errors(materials: Mapping[str, Material], draws: Draws) -> dict[str, BrdfErrors]:
+    """Each material's errors on the same pairs."""
     compiled = {name: jax.jit(partial(m.brdf.eval, m.params)) for name, m in materials.items()}
-    return compare_many(jax.random.key(JUDGING_SEED), compiled, truth, draw_weighted)
+    return compare_at(draws.pairs, compiled)
 
 
 def plain_errors(errors: BrdfErrors) -> dict[str, float]:
@@ -56,41 +97,28 @@ def plain_errors(errors: BrdfErrors) -> dict[str, float]:
     return values | {f"{name}_standard_error": float(e.standard_error) for name, e in estimates.items()}
 
 
-def render_pair(fit: Material, reference: Material, *, size: int = 192, samples: int = 64) -> Pictures:
-    """Both on a sphere in the built-in studio, under the same light directions."""
-    return render_many({"": fit}, reference, size=size, samples=samples)[""]
+def light(reference: Material) -> Lighting:
+    """The reference in the studio; fits share its draws of light, for their noise is no error."""
+    paths = list(_paths(reference, SIZE, SAMPLES))
+    return Lighting(paths, pictures_by(paths, {"": reference}, height=SIZE, width=SIZE)[""])
 
 
-def render_many(
-    fits: dict[str, Material], reference: Material, *, size: int = 192, samples: int = 64
-) -> dict[str, Pictures]:
-    """`render_pair` of several fits, the reference rendered once."""
-    render = partial(
-        render_environment,
-        jax.random.key(JUDGING_SEED),
-        environment=make_environment(studio()),
-        height=size,
-        width=size,
-        samples=samples,
-    )
-    beside = render(reference)
-    return {name: Pictures(render(drawn_as(reference, fit)), beside) for name, fit in fits.items()}
+def pictures(fits: Mapping[str, Material], lighting: Lighting) -> dict[str, Pictures]:
+    """Each fit beside the reference."""
+    height, width, _ = lighting.picture.shape
+    made = pictures_by(lighting.paths, fits, height=height, width=width)
+    return {name: Pictures(picture, lighting.picture) for name, picture in made.items()}
 
 
-def drawn_as(reference: Material, material: Material) -> Material:
-    """The material with the reference's draws of light, so that their pictures share their noise: it is no error."""
-    draw, density = sampler_of(with_sampler(reference.brdf))
+def render_pair(fit: Material, reference: Material, *, size: int = SIZE, samples: int = SAMPLES) -> Pictures:
+    """Both in the studio, under the same light directions; memory stays bounded."""
+    both = {"fit": fit, "reference": reference}
+    return Pictures(**pictures_by(_paths(reference, size, samples), both, height=size, width=size))
 
-    def evaluate(params: Params, query: Query) -> jax.Array:
-        return material.brdf.eval(params[0], query)
 
-    def sample(params: Params, query: Query, u: jax.Array) -> Sample:
-        wi, pdf, _ = draw(params[1], query, u)
-        value = evaluate(params, query._replace(wi=wi))
-        return Sample(wi, pdf, value * safe_divide(jnp.maximum(cos_theta(wi), 0.0), pdf)[..., None])
-
-    brdf = Brdf(evaluate, sample, lambda params, query: density(params[1], query))
-    return material._replace(brdf=brdf, params=(material.params, reference.params))
+def _paths(reference: Material, size: int, samples: int) -> Iterator[Paths]:
+    key = jax.random.key(JUDGING_SEED)
+    return draw_paths(key, reference, make_environment(studio()), height=size, width=size, samples=samples)
 
 
 def picture_errors(pictures: Pictures) -> dict[str, float]:

@@ -22,16 +22,30 @@ QUERIES = 250_000
 """In a timed batch. No power of two: arrays that far apart share their places in a processor's cache."""
 
 ROUNDS = 15
-"""Of an interleaved timing."""
+"""Of a benchmark."""
+
+PRICE_ROUNDS = 31
+"""Of a timing of many candidates, of which close ones are to be told apart."""
+
+TRIES = 3
+"""Of a function in a round, of which the fastest counts."""
 
 JAX_BATCHES = (2**12, 2**14, 2**16, 2**18)
 """Among which jitted JAX's best is looked for."""
 
 
 class Price(NamedTuple):
-    """Nanoseconds of an evaluation: the median over rounds, the least and the most."""
+    """Nanoseconds of an evaluation over several rounds.
+
+    Attributes:
+        ns: the median.
+        lower, upper: quartiles: half of the rounds lie between them, however many others run on the machine.
+        least, most: the extremes.
+    """
 
     ns: float
+    lower: float
+    upper: float
     least: float
     most: float
 
@@ -44,7 +58,7 @@ def timed_query(*, count: int = QUERIES) -> Query:
 
 
 def opencl_prices(
-    bundles: Mapping[str, Bundle], context: cl.Context, *, reporter: Reporter, rounds: int = ROUNDS
+    bundles: Mapping[str, Bundle], context: cl.Context, *, reporter: Reporter, rounds: int = PRICE_ROUNDS
 ) -> dict[str, Price]:
     """What an evaluation of each bundle costs on the context's device, all in the same rounds.
 
@@ -56,7 +70,7 @@ def opencl_prices(
     with reporter.steps("building kernels", len(bundles)) as tell:
         for done, (name, bundle) in enumerate(bundles.items(), start=1):
             runs[name] = partial(_evaluate, Material.load(bundle, context), arrays)
-            tell(done, name)
+            tell(done, f"{done} of {len(bundles)}")
     times = interleaved(runs, rounds)
     return {name: price_of(times[name], len(query.wi)) for name in runs}
 
@@ -64,7 +78,7 @@ def opencl_prices(
 def price_of(times: Sequence[float], count: int) -> Price:
     """The price of one of `count` evaluations that took these seconds, round by round."""
     ns = 1e9 * np.asarray(times) / count
-    return Price(float(np.median(ns)), float(ns.min()), float(ns.max()))
+    return Price(*(float(np.quantile(ns, share)) for share in (0.5, 0.25, 0.75, 0.0, 1.0)))
 
 
 class DeviceArrays(NamedTuple):
@@ -99,25 +113,26 @@ def jax_run(bundle: Bundle, query: Query) -> Callable[[], Any]:
     return lambda: jax.block_until_ready(evaluate(query))
 
 
-def jax_rate(bundle: Bundle, query: Query) -> Callable[[], float]:
-    """A function that measures evaluations a second at jitted JAX's best batch, found here."""
+def best_jax_run(bundle: Bundle, query: Query) -> tuple[Callable[[], Any], int]:
+    """A function that evaluates jitted JAX's best batch, found here, and how many queries that is."""
     batches = [n for n in JAX_BATCHES if n <= len(query.wi)] or [len(query.wi)]
     runs = {n: jax_run(bundle, Query(query.wi[:n], query.wo[:n])) for n in batches}
     times = interleaved({str(n): run for n, run in runs.items()}, 5)
     best = max(batches, key=lambda n: n / float(np.median(times[str(n)])))
-    return lambda: best / seconds(runs[best])
+    return runs[best], best
 
 
 def interleaved(runs: Mapping[str, Callable[[], Any]], rounds: int) -> dict[str, list[float]]:
     """Seconds of each function in every round, in turn, so that a slow moment falls on all.
 
-    Each goes once untimed before: another's threads may still be awake, and its data is in the caches.
+    Each goes once untimed before: another's threads may still be awake, and its data is in the caches. Then the least
+    of three counts: what disturbs a run only makes it slower.
     """
     times: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(rounds):
         for name, run in runs.items():
             run()
-            times[name].append(seconds(run))
+            times[name].append(min(seconds(run) for _ in range(TRIES)))
     return times
 
 

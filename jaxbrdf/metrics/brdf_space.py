@@ -11,7 +11,7 @@ Plain cosine draws miss highlights, so the means are taken over draws of any den
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import jax
@@ -36,6 +36,20 @@ class BrdfErrors(NamedTuple):
     rmse: Estimate
     log_rmse: Estimate
     pairs: int
+
+
+class TruePairs(NamedTuple):
+    """Drawn pairs and what is right at them.
+
+    Attributes:
+        query: directions `(n, 3)`.
+        importance: the pairs' weights, `(n,)`.
+        f: the truth, `(n, 3)`.
+    """
+
+    query: Query
+    importance: jax.Array
+    f: jax.Array
 
 
 def errors(predicted: jax.Array, truth: jax.Array, importance: jax.Array, cos: jax.Array) -> BrdfErrors:
@@ -67,24 +81,25 @@ def estimate_errors(
         pairs: how many at least; rounded up to whole chunks.
         chunk: pairs a call, even.
     """
-    return compare_many(key, {"": predicted}, truth, draw, pairs=pairs, chunk=chunk)[""]
+    return compare_at(true_pairs(key, truth, draw, pairs=pairs, chunk=chunk), {"": predicted})[""]
 
 
-def compare_many(
-    key: jax.Array,
-    predicted: dict[str, Evaluate],
-    truth: Evaluate,
-    draw: DrawWeighted,
-    *,
-    pairs: int = LEAST_PAIRS,
-    chunk: int = 2**16,
-) -> dict[str, BrdfErrors]:
-    """`estimate_errors` of several predictions on the same pairs, the truth evaluated once."""
+def true_pairs(
+    key: jax.Array, truth: Evaluate, draw: DrawWeighted, *, pairs: int = LEAST_PAIRS, chunk: int = 2**16
+) -> Iterator[TruePairs]:
+    """The pairs of `estimate_errors`, chunk by chunk: kept in a list, they judge many predictions by one truth."""
+    compiled = jax.jit(draw, static_argnums=1)
+    for index in range(-(-pairs // chunk)):
+        query, importance = compiled(jax.random.fold_in(key, index), chunk)
+        yield TruePairs(query, importance, truth(query))
+
+
+def compare_at(drawn: Iterable[TruePairs], predicted: Mapping[str, Evaluate]) -> dict[str, BrdfErrors]:
+    """Errors of predictions at pairs that were drawn before."""
     totals = dict.fromkeys(predicted, NO_DRAWS)
-    for query, importance in _chunks(key, draw, pairs, chunk):
-        f, cos = truth(query), query.wi[..., 2]
+    for query, importance, f in drawn:
         for name, evaluate in predicted.items():
-            terms = pair_terms(evaluate(query), f, importance, cos)
+            terms = pair_terms(evaluate(query), f, importance, query.wi[..., 2])
             totals[name] = add_draws(totals[name], np.asarray(terms))
     return {name: _from_moments(moments) for name, moments in totals.items()}
 
@@ -98,12 +113,6 @@ def pair_terms(predicted: jax.Array, truth: jax.Array, importance: jax.Array, co
     relative = 2.0 * absolute / (predicted + truth + SMAPE_OFFSET)
     per_channel = jnp.stack([absolute, relative, difference * difference, logarithms * logarithms], axis=-1)
     return importance[..., None] * jnp.mean(per_channel, axis=-2)
-
-
-def _chunks(key: jax.Array, draw: DrawWeighted, pairs: int, chunk: int) -> Iterator[tuple[Query, jax.Array]]:
-    compiled = jax.jit(draw, static_argnums=1)
-    for index in range(-(-pairs // chunk)):
-        yield compiled(jax.random.fold_in(key, index), chunk)
 
 
 def _from_moments(moments: Moments) -> BrdfErrors:

@@ -60,7 +60,7 @@ def gated(config: GatedConfig) -> Model:
 
     def init(key: jax.Array) -> GatedParams:
         key_textures, key_mlp = jax.random.split(key)
-        warps = [warp.init(exponents) if exponents else None for exponents in (config.h_exponents, config.d_exponents)]
+        warps = _init_warp(config.h_exponents), _init_warp(config.d_exponents)
         decoder = mlp.init(key_mlp, (2 * config.textures.channels, *config.hidden, 3))
         exponent = jnp.asarray(horizon.FIRST_EXPONENT) if config.horizon else None
         return GatedParams(*init_textures(key_textures, config.textures), *warps, decoder, exponent)
@@ -71,6 +71,10 @@ def gated(config: GatedConfig) -> Model:
         return GatedCoordinates(encode_textures(query), horizon.log_mean_secant(query) if config.horizon else None)
 
     return output.model(init, encode_query, decode)
+
+
+def _init_warp(exponents: tuple[float, ...]) -> warp.RadialWarp | None:
+    return warp.init(exponents) if exponents else None
 
 
 def decode(params: GatedParams, coordinates: GatedCoordinates) -> jax.Array:

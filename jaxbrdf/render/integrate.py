@@ -1,33 +1,26 @@
 """A sphere of one material, under an environment or a directional light.
 
-Under an environment every sample draws one direction by the light and one by the material and weighs both by the power
-heuristic (Veach and Guibas 1995). Under a directional light the picture has no noise: the only average is over a fixed
-grid of points in each pixel. Both return linear Rec.709 radiance, rows from the top.
+Under an environment every sample draws two directions (`jaxbrdf.render.paths`). Under a directional light the picture
+has no noise: the only average is over a fixed grid of points in each pixel. Both return linear Rec.709 radiance, rows
+from the top.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.core.directions import cos_theta
-from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.render.camera import film_points
-from jaxbrdf.render.environment import Environment, light_density, look_up, sample_light
-from jaxbrdf.render.proposal import with_sampler
-from jaxbrdf.render.sphere import Shading, intersect, to_local, to_world
-from jaxbrdf.sampling.mis import power_heuristic
+from jaxbrdf.render.environment import Environment
+from jaxbrdf.render.film import CHUNK, pixels_of_the_sphere, to_image
+from jaxbrdf.render.paths import DIMENSIONS, draw_ways, scattered, shade
+from jaxbrdf.render.sphere import Shading, intersect, to_local
 from jaxbrdf.sampling.sobol import rotate, sobol_points
 from jaxbrdf.types import Brdf, Material, Params, Query
-
-CHUNK = 2**13
-
-Shade = Callable[[Shading, jax.Array], jax.Array]
 
 
 def render_environment(
@@ -48,12 +41,12 @@ def render_environment(
         height, width: pixels.
         samples: draws a pixel; each evaluates the material twice.
     """
-    pixels = _pixels_of_the_sphere(height, width)
-    points = jnp.asarray(sobol_points(samples, 5))
+    pixels = pixels_of_the_sphere(height, width)
+    points = jnp.asarray(sobol_points(samples, DIMENSIONS))
     colours = _render_chunks(
         material.brdf, (height, width), key, jnp.asarray(pixels), points, material.params, environment
     )
-    return _to_image(pixels, np.asarray(colours), height, width)
+    return to_image(pixels, np.asarray(colours), height, width)
 
 
 def render_directional(
@@ -75,10 +68,10 @@ def render_directional(
         grid: points along each side of a pixel.
     """
     towards = np.asarray(direction, np.float32) / np.float32(np.linalg.norm(direction))
-    pixels = _pixels_of_the_sphere(height, width)
+    pixels = pixels_of_the_sphere(height, width)
     light = (jnp.asarray(towards), jnp.asarray(irradiance, jnp.float32))
     colours = _light_chunks(material.brdf, (height, width), grid, jnp.asarray(pixels), material.params, light)
-    return _to_image(pixels, np.asarray(colours), height, width)
+    return to_image(pixels, np.asarray(colours), height, width)
 
 
 @partial(jax.jit, static_argnums=(0, 1))
@@ -96,14 +89,12 @@ def _render_chunks(
 
         def add_sample(i: jax.Array, total: jax.Array) -> jax.Array:
             u = rotate(points[i][None, :], shift)
-            # the first, most even dimensions choose the directions, the last two the place in the pixel
-            shading = intersect(film_points(pixel, u[:, 3:], *size))
-            return total + _reflected(brdf, params, environment, shading, u[:, jnp.array([2, 0, 1])])
+            ways = draw_ways(brdf, params, environment, shade(pixel, u, size), u)
+            return total + scattered(brdf, params, ways)
 
         return jax.lax.fori_loop(0, len(points), add_sample, jnp.zeros((CHUNK, 3))) / len(points)
 
-    chunks = pixels.reshape(-1, CHUNK)
-    return jax.lax.map(lambda c: chunk(*c), (jnp.arange(len(chunks)), chunks)).reshape(-1, 3)
+    return jax.lax.map(lambda c: chunk(*c), (jnp.arange(len(pixels)), pixels)).reshape(-1, 3)
 
 
 @partial(jax.jit, static_argnums=(0, 1, 2))
@@ -126,46 +117,10 @@ def _light_chunks(
 
         return jax.lax.fori_loop(0, grid * grid, add_point, jnp.zeros((CHUNK, 3))) / (grid * grid)
 
-    return jax.lax.map(chunk, pixels.reshape(-1, CHUNK)).reshape(-1, 3)
-
-
-def _reflected(brdf: Brdf, params: Params, environment: Environment, shading: Shading, u: jax.Array) -> jax.Array:
-    """One draw by the light and one by the material, together an estimate of the radiance to the viewer, `(n, 3)`."""
-    sampler, wo = sampler_of(with_sampler(brdf)), _viewer(shading)
-    light = sample_light(environment, u[..., 1:])
-    to_light = to_local(shading.frame, light.direction)
-    share = power_heuristic(light.density, sampler.pdf(params, Query(to_light, wo)))
-    gain = safe_divide(share, light.density)[..., None]
-    by_light = _scattered(brdf, params, shading, to_light) * light.radiance * gain
-    drawn = sampler.sample(params, Query(wo, wo), u)
-    direction = to_world(shading.frame, drawn.wi)
-    share = power_heuristic(drawn.pdf, light_density(environment, direction))
-    by_material = drawn.weight * look_up(environment, direction) * share[..., None]
-    return by_light + jnp.where(shading.hit[..., None], by_material, 0.0)
+    return jax.lax.map(chunk, pixels).reshape(-1, 3)
 
 
 def _scattered(brdf: Brdf, params: Params, shading: Shading, wi: jax.Array) -> jax.Array:
     """f cos(wi) where there is a surface, `(n, 3)`."""
-    f = brdf.eval(params, Query(wi, _viewer(shading)))
+    f = brdf.eval(params, Query(wi, shading.frame[..., :, 2]))
     return jnp.where(shading.hit[..., None], f * jnp.maximum(cos_theta(wi), 0.0)[..., None], 0.0)
-
-
-def _viewer(shading: Shading) -> jax.Array:
-    """The world's +z in the frame."""
-    return shading.frame[..., :, 2]
-
-
-def _pixels_of_the_sphere(height: int, width: int) -> np.ndarray:
-    """Flat indices of the pixels that the sphere can touch, the last one repeated to fill the last chunk."""
-    row, column = np.divmod(np.arange(height * width), width)
-    radius = 0.5 * min(height, width)
-    near = np.hypot(column + 0.5 - 0.5 * width, row + 0.5 - 0.5 * height) < radius + 1.0
-    pixels = np.flatnonzero(near)
-    return np.pad(pixels, (0, -len(pixels) % CHUNK), mode="edge").astype(np.int32)
-
-
-def _to_image(pixels: np.ndarray, colours: np.ndarray, height: int, width: int) -> np.ndarray:
-    image = np.zeros((height * width, 3), np.float32)
-    # backwards, so that the last pixel keeps its first rendering and not a filler's
-    image[pixels[::-1]] = colours[::-1]
-    return image.reshape(height, width, 3)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from jaxbrdf.report.pareto_table import by_input
+
 ERRORS = (("mae", "MAE"), ("smape", "SMAPE"), ("rmse", "RMSE"), ("log_rmse", "log-RMSE"))
 
 
 def fit_report(result: dict[str, Any]) -> str:
-    """What a fit reached, what it cost and where it is."""
+    """What a fit reached, what it cost and where it is; of a search, what was taken and what was not."""
     errors, cost, files = result["errors"], result["cost"], result["files"]
     lines = [f"{title:9s} {errors[name]:.6f} +- {errors[f'{name}_standard_error']:.6f}" for name, title in ERRORS]
     lines.append(f"FLIP      {errors['image_flip']:.4f}   SSIM {errors['image_ssim']:.4f}   (sphere in the studio)")
@@ -16,9 +18,24 @@ def fit_report(result: dict[str, Any]) -> str:
     lines.append(f"JAX       {_rate(cost['jax_ns_per_evaluation'])} on this processor")
     nanoseconds, device = cost.get("opencl_ns_per_evaluation"), result["opencl_device"]
     lines.append(f"OpenCL    {_rate(nanoseconds)} on {device}" if nanoseconds else f"OpenCL    {device}")
-    return "\n".join(
-        [*lines, f"bundle    {files['bundle']}", f"report    {files['report']}", f"picture   {files['picture']}"]
-    )
+    lines += [f"bundle    {files['bundle']}", f"report    {files['report']}", f"picture   {files['picture']}"]
+    return "\n".join([*lines, *_search(result)])
+
+
+def _search(result: dict[str, Any]) -> list[str]:
+    """Nothing unless candidates were chosen from."""
+    if "candidate" not in result:
+        return []
+    width = max((len(one["candidate"]) for one in result["rejected"]), default=0)
+    lines = [
+        f"rejected  {one['candidate']:{width}s} {one['ns']:8.1f} ns  {_number(one['error'], 9)}  {one['reason']}"
+        for one in result["rejected"]
+    ]
+    return [f"taken     {result['candidate']}", *lines]
+
+
+def _number(value: float | None, width: int) -> str:
+    return f"{'-':>{width}s}" if value is None else f"{value:{width}.6f}"
 
 
 def _rate(nanoseconds: float) -> str:
@@ -52,3 +69,35 @@ def fields(result: dict[str, Any], *, indent: str = "") -> str:
         else:
             lines.append(f"{indent}{name:16s} {value}")
     return "\n".join(lines)
+
+
+def bench(result: dict[str, Any]) -> str:
+    """A bundle's rates beside what the device and JAX can do."""
+    least, most = result["ns_spread"]
+    share = result["gflops"] / result["fma_ceiling_gflops"]
+    millions = {name: result[f"{name}evaluations_per_second"] / 1e6 for name in ("", "jax_")}
+    return "\n".join(
+        [
+            f"bundle    {result['name']}, {result['model']}, texels in {result['precision']}",
+            f"device    {result['device']}, {result['width']} queries a work item",
+            f"time      {_rate(result['ns_per_evaluation'])} (from {least:.1f} to {most:.1f} over the rounds)",
+            f"rate      {millions['']:.2f} million evaluations a second",
+            f"network   {result['gflops']:.1f} GFLOP/s, {share:.0%} of the FMA ceiling of "
+            f"{result['fma_ceiling_gflops']:.1f} GFLOP/s",
+            f"JAX       {millions['jax_']:.2f} million evaluations a second on this processor",
+            f"build     {result['build_seconds']:.2f} s",
+        ]
+    )
+
+
+def pareto(result: dict[str, Any]) -> str:
+    """A table for each input, the cheapest candidate first, and where the files are; a star is on the front."""
+    lines = []
+    for name, rows in by_input(result).items():
+        width = max(len(text) for text in (name, *(row["candidate"] for row in rows)))
+        lines += [f"{name:{width}s} {'ns':>9s} {'SMAPE':>10s}  {'FLIP':>10s}  {'bytes':>10s}"]
+        for row in rows:
+            errors = " ".join(f"{row[m]:10.6f}{'*' if m in row['front'] else ' '}" for m in ("smape", "flip"))
+            lines.append(f"{row['candidate']:{width}s} {row['ns_per_evaluation']:9.1f} {errors} {row['bytes']:10,d}")
+    lines += [f"failed    {one['input']}, {one['candidate']}: {one['reason']}" for one in result["failed"]]
+    return "\n".join([*lines, *(f"{name:9s} {path}" for name, path in result["files"].items())])

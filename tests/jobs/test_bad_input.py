@@ -19,6 +19,7 @@ from jaxbrdf.data import exr, output
 from jaxbrdf.data import input as data_input
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import fit as fit_job
+from jaxbrdf.jobs import price, search, store
 from jaxbrdf.opencl import platform
 from tests.export.bundles import small_bundle
 from tests.writers import rgl
@@ -33,7 +34,12 @@ RGL = rgl.tensor_file(rgl.fields())
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a good file of each kind that the commands take; a fit that starts fails the test."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(fit_job, "train", lambda *_: pytest.fail("the training was started"))
+
+    def fail(*_: Any) -> None:
+        pytest.fail("the training was started")
+
+    monkeypatch.setattr(fit_job, "train", fail)
+    monkeypatch.setattr(store, "train", fail)
     Path("good.safetensors").write_bytes(BUNDLE)
     Path("good.bsdf").write_bytes(RGL)
     up = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (4, 1))
@@ -66,6 +72,10 @@ def contents(folder: Path) -> dict[Path, bytes | None]:
 
 COMMANDS: dict[str, Callable[[str], list[str]]] = {
     "fit": lambda bad: ["fit", bad, "-o", "out"],
+    "fit within a budget": lambda bad: ["fit", bad, "-o", "out", "--max-error", "0.1"],
+    "pareto": lambda bad: ["pareto", bad, "-o", "out"],
+    "pareto with a good one": lambda bad: ["pareto", "gold", bad, "-o", "out"],
+    "bench": lambda bad: ["bench", bad],
     "eval": lambda bad: ["eval", bad, "--directions", "good.npz", "-o", "out.npy"],
     "eval opencl": lambda bad: ["eval", bad, "--directions", "good.npz", "-o", "out.npy", "--backend", "opencl"],
     "compare a": lambda bad: ["compare", bad, "gold"],
@@ -97,7 +107,7 @@ def test_a_bad_file(mistake: Tell, command: str, case: str):
     Path(name).write_bytes(content)
     line = mistake(*COMMANDS[command](name))
     assert name.replace("\n", " ") in line
-    wants_bundle = command in ("eval opencl", "compare a") and not name.endswith(".safetensors")
+    wants_bundle = command in ("bench", "eval opencl", "compare a") and not name.endswith(".safetensors")
     assert ("is not a bundle" if wants_bundle else fault) in line
 
 
@@ -127,7 +137,9 @@ def with_schema(schema: Any) -> bytes:
     return safetensors.numpy.save(safetensors.numpy.load(BUNDLE), metadata={"jaxbrdf": json.dumps(manifest)})
 
 
-@pytest.mark.parametrize("command", ["eval", "eval opencl", "compare a", "render", "info", "convert"])
+@pytest.mark.parametrize(
+    "command", ["bench", "pareto", "eval", "eval opencl", "compare a", "render", "info", "convert"]
+)
 def test_a_bundle_of_a_newer_schema(mistake: Tell, command: str):
     Path("new.safetensors").write_bytes(with_schema(99))
     assert "new.safetensors: schema 99 is newer than this jaxbrdf" in mistake(*COMMANDS[command]("new.safetensors"))
@@ -136,6 +148,8 @@ def test_a_bundle_of_a_newer_schema(mistake: Tell, command: str):
 OUTPUTS: dict[str, Callable[[str], list[str]]] = {
     "fit": lambda out: ["fit", "gold", "-o", f"{out}/fit"],
     "fit to a file": lambda out: ["fit", "gold", "-o", f"{out}/fit.safetensors"],
+    "fit within a budget": lambda out: ["fit", "gold", "-o", f"{out}/fit", "--max-ns", "100"],
+    "pareto": lambda out: ["pareto", "gold", "-o", f"{out}/compared"],
     "eval": lambda out: ["eval", "gold", "--directions", "good.npz", "-o", f"{out}/f.npy"],
     "render": lambda out: ["render", "gold", "-o", f"{out}/f.exr"],
     "convert": lambda out: ["convert", "gold", f"{out}/f.bin"],
@@ -158,6 +172,7 @@ def test_an_output_that_cannot_be_written(mistake: Tell, command: str, folder: s
         ("f.bin", ["convert", "gold", "f.bin"]),
         ("out/bundle.png", ["fit", "gold", "-o", "out"]),
         ("out/fit.safetensors", ["fit", "gold", "-o", "out/fit.safetensors"]),
+        ("out/fit.png", ["fit", "gold", "-o", "out/fit.safetensors", "--max-ns", "100"]),
     ],
 )
 def test_an_output_that_is_a_folder(mistake: Tell, name: str, arguments: list[str]):
@@ -269,6 +284,39 @@ def test_directions_that_are_no_archive_of_arrays(mistake: Tell, case: str, faul
         (["fit", "gold", "-o", "out", "--seed", "9" * 5000], "is not a whole number from 0"),
         (["fit", "gold", "-o", "out", "--precision", "float8"], "'float8'"),
         (["fit", "good.safetensors", "-o", "out"], "good.safetensors: is a bundle already"),
+        (
+            ["fit", "gold", "-o", "out", "--model", "nbrdf", "--budget-seconds", "-1"],
+            "--budget-seconds is -1.0; it mus",
+        ),
+        (["fit", "gold", "-o", "out", "--max-ns", "0"], "--max-ns is 0.0; it must be a positive number"),
+        (["fit", "gold", "-o", "out", "--max-ns", "nan"], "--max-ns is nan; it must be a positive number"),
+        (["fit", "gold", "-o", "out", "--max-error", "-1"], "--max-error is -1.0; it must be a positive number"),
+        (["fit", "gold", "-o", "out", "--max-error", "inf"], "--max-error is inf; it must be a positive number"),
+        (["fit", "gold", "-o", "out", "--max-error", "small"], "invalid float value: 'small'"),
+        (["fit", "gold", "-o", "out", "--metric", "mae"], "--metric says what --max-error is an error of; there is no"),
+        (["fit", "gold", "-o", "out", "--max-ns", "9", "--metric", "mae"], "there is no --max-error"),
+        (
+            ["fit", "gold", "-o", "out", "--max-error", "1", "--metric", "psnr"],
+            "no metric is called 'psnr'; there are mae",
+        ),
+        (
+            ["fit", "gold", "-o", "out", "--max-ns", "9", "--model", "zeltner"],
+            "no model is called 'zeltner'; there are",
+        ),
+        (["fit", "gold", "-o", "out", "--max-ns", "9", "--preset", "slow"], "no preset is called 'slow'; there are"),
+        (["fit", "gold", "-o", "out", "--max-ns", "9", "--resume"], "out/bundle.candidates: no search to resume"),
+        (["fit", "good.safetensors", "-o", "out", "--max-ns", "9"], "good.safetensors: is a bundle already"),
+        (["pareto", "gold"], "-o/--output"),
+        (["pareto", "-o", "out"], "INPUT"),
+        (["pareto", "gold", "gold", "-o", "out"], "gold: is given twice"),
+        (["pareto", "gold", "-o", "out", "--grid", "tiny"], "no grid is called 'tiny'; there are small, full"),
+        (["pareto", "gold", "-o", "out", "--preset", "slow"], "no preset is called 'slow'; there are quick"),
+        (["pareto", "gold", "-o", "out", "--budget-seconds", "0"], "--budget-seconds is 0.0; it must be a positive"),
+        (
+            ["pareto", "good.safetensors", "-o", "out"],
+            "good.safetensors: is a bundle; to judge it, a measured file or a",
+        ),
+        (["bench", "gold"], "gold: is a built-in material; a bundle is needed here"),
         (["eval", "gold", "-o", "out.npy"], "--directions"),
         (["eval", "gold", "--directions", "good.npz", "-o", "out.npy", "--backend", "cuda"], "'cuda'"),
         (["eval", "gold", "--directions", "good.npz", "-o", "out.npy", "--backend", "opencl"], "gold: is a built-in"),
@@ -305,12 +353,42 @@ def test_a_bad_light(mistake: Tell, name: str, content: bytes, fault: str):
     assert fault in line
 
 
-def test_no_opencl(mistake: Tell, monkeypatch: pytest.MonkeyPatch):
+WANTS_OPENCL = {
+    "bench": COMMANDS["bench"]("good.safetensors"),
+    "eval": COMMANDS["eval opencl"]("good.safetensors"),
+    "pareto": ["pareto", "gold", "-o", "out"],
+    "fit within a time": ["fit", "gold", "-o", "out", "--max-ns", "100"],
+    "fit within an error": ["fit", "gold", "-o", "out", "--max-error", "0.1"],
+}
+
+
+@pytest.mark.parametrize("command", WANTS_OPENCL)
+def test_no_opencl(mistake: Tell, monkeypatch: pytest.MonkeyPatch, command: str):
     monkeypatch.setattr(platform, "_platforms", list)
-    line = mistake(*COMMANDS["eval opencl"]("good.safetensors"))
-    assert "no OpenCL device found" in line
+    assert "no OpenCL device found" in mistake(*WANTS_OPENCL[command])
 
 
-def test_an_opencl_device_that_is_not_there(mistake: Tell, monkeypatch: pytest.MonkeyPatch):
+@pytest.mark.parametrize("command", WANTS_OPENCL)
+def test_an_opencl_device_that_is_not_there(mistake: Tell, monkeypatch: pytest.MonkeyPatch, command: str):
     monkeypatch.setenv(platform.CHOICE_VARIABLE, "no such maker")
-    assert "no OpenCL device is named 'no such maker'" in mistake(*COMMANDS["eval opencl"]("good.safetensors"))
+    assert "no OpenCL device is named 'no such maker'" in mistake(*WANTS_OPENCL[command])
+
+
+def test_two_inputs_of_one_name(mistake: Tell):
+    for folder in ("a", "b"):
+        Path(folder).mkdir()
+        Path(folder, "made.bsdf").write_bytes(RGL)
+        Path(folder, "made.safetensors").write_bytes(BUNDLE)
+    assert "two materials are called made" in mistake("pareto", "a/made.bsdf", "b/made.bsdf", "-o", "out")
+    twins = "a/made.safetensors", "b/made.safetensors"
+    assert "two bundles are called made" in mistake("pareto", "gold", *twins, "-o", "out")
+
+
+def test_a_time_that_nothing_is_within(here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """The folder is there, as it is before every fit, and nothing in it."""
+    monkeypatch.setattr(price, "interleaved", lambda runs, _: {name: [0.01] for name in runs})
+    monkeypatch.setattr(search, "CAPABILITY", search.CAPABILITY[:3])
+    assert cli.run(["fit", "gold", "-o", "out", "--max-ns", "39"]) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line == "jaxbrdf: no candidate evaluates within 39 ns: naive-mlp paper is the fastest with 40.0 ns"
+    assert list(Path("out").iterdir()) == []

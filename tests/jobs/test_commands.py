@@ -17,7 +17,7 @@ from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Material, Query
-from tests.jobs.tiny import run_json
+from tests.jobs.tiny import hasten_judge, run_json
 from tests.writers import rgl
 
 COUNT = 4096
@@ -196,9 +196,7 @@ def test_compare_judges_both_against_the_symmetrised_file(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, bundle: Path
 ):
     """Beside means over plain cosine-distributed pairs, by numpy."""
-    monkeypatch.setattr(judge, "compare_many", partial(judge.compare_many, pairs=2**17))
-    pictures = judge.Pictures(*np.random.default_rng(0).uniform(0.1, 1.0, (2, 16, 16, 3)))
-    monkeypatch.setattr(judge, "render_many", lambda materials, _: dict.fromkeys(materials, pictures))
+    hasten_judge(partial(monkeypatch.setattr, judge), pairs=2**17)
     Path("made.bsdf").write_bytes(rgl.tensor_file(rgl.fields()))
     found = run_json(capsys, "compare", bundle, "made.bsdf", "--against", "gold")
     assert found["pairs"] == 2**17

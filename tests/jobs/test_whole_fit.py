@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,8 +37,8 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> FitResult:
     """Gold by the gated model, in this process."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(PRESETS, "long", lambda: LONG)
-        patch.setattr(judge, "TIMED_QUERIES", 2**10)
-        patch.setattr(judge, "render_pair", partial(judge.render_pair, size=32, samples=4))
+        patch.setattr(judge, "SIZE", 32)
+        patch.setattr(judge, "SAMPLES", 4)
         return fit(FitConfig("gold", str(tmp_path_factory.mktemp("fit") / "whole"), preset="long"), Listener())
 
 

@@ -1,16 +1,22 @@
-"""Fits that take a second, and the command line in this process."""
+"""Fits that take a second, judgements that take none, and the command line in this process."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from jaxbrdf import cli
+from jaxbrdf.checks.parity import random_params
 from jaxbrdf.fit.loop import LoopConfig
 from jaxbrdf.fit.presets import PRESETS
+from jaxbrdf.jobs import judge
+from jaxbrdf.jobs.progress import Reporter
+from jaxbrdf.jobs.training import Task, Trained
 
 TINY = dataclasses.replace(
     PRESETS["quick"](), name="tiny", steps=600, pool=2**14, loop=LoopConfig(batch=512, microbatch=128, ema=0.02)
@@ -20,6 +26,42 @@ TINY = dataclasses.replace(
 
 LONG = dataclasses.replace(TINY, name="long", steps=4000)
 """Takes long enough to be stopped in the middle."""
+
+
+PICTURES = judge.Pictures(*np.random.default_rng(0).uniform(0.1, 1.0, (2, 16, 16, 3)))
+
+
+def hasten_judge(replace: Callable[[str, Any], object], *, pairs: int = 2**16) -> None:
+    """Makes judgements quick: few pairs, made-up pictures and prices.
+
+    Args:
+        replace: of an attribute of the judge's module.
+        pairs: that errors are means over.
+    """
+    replace("PAIRS", pairs)
+    replace("light", lambda _: None)
+    replace("pictures", lambda fits, _: dict.fromkeys(fits, PICTURES))
+    replace("evaluation_cost", lambda _: {"jax_ns_per_evaluation": 100.0})
+
+
+def pretend_to_train(replace: Callable[[str, Any], object]) -> list[str]:
+    """Makes the trainings of stores end at once; returns the names of their checkpoints as they come.
+
+    Args:
+        replace: of an attribute of the store's module.
+    """
+    names: list[str] = []
+
+    def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Reporter) -> Trained:
+        del budget_seconds, resume
+        names.append(task.checkpoint.stem)
+        with reporter.steps("fitting", 7) as tell:
+            tell(0, "")
+        task.checkpoint.write_bytes(b"the state")
+        return Trained(random_params(len(names), task.model), 7, {"fit_seconds": 1.5, "compile_seconds": 0.5})
+
+    replace("train", train)
+    return names
 
 
 class Listener:

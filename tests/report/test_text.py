@@ -37,6 +37,54 @@ def test_a_fit_without_opencl_tells_why():
     assert "OpenCL    no OpenCL device found: install a driver" in text.fit_report(result)
 
 
+REJECTED = [
+    {"candidate": "gated 32-32", "ns": 105.25, "error": None, "reason": "above 100 ns"},
+    {"candidate": "nbrdf paper", "ns": 9.5, "error": 0.25, "reason": "smape above 0.1"},
+]
+
+
+def test_a_search_tells_what_it_took_and_what_it_did_not():
+    told = text.fit_report(fit_result() | {"candidate": "gated 16-16", "rejected": REJECTED}).splitlines()
+    plain = text.fit_report(fit_result()).splitlines()
+    assert told[: len(plain)] == plain
+    assert told[len(plain) :] == [
+        "taken     gated 16-16",
+        "rejected  gated 32-32    105.2 ns          -  above 100 ns",
+        "rejected  nbrdf paper      9.5 ns   0.250000  smape above 0.1",
+    ]
+    alone = text.fit_report(fit_result() | {"candidate": "gated 16-16", "rejected": []}).splitlines()
+    assert alone[-1] == "taken     gated 16-16"
+
+
+def test_a_benchmark_names_rates_and_what_there_is_to_reach():
+    told = text.bench(
+        {
+            "name": "gold",
+            "model": "gated",
+            "device": "a device (PoCL, 3.1)",
+            "width": 16,
+            "precision": "float16",
+            "ns_per_evaluation": 40.0,
+            "ns_spread": [38.04, 45.0],
+            "evaluations_per_second": 2.5e7,
+            "gflops": 25.0,
+            "fma_ceiling_gflops": 100.0,
+            "jax_evaluations_per_second": 3.25e6,
+            "build_seconds": 1.5,
+        }
+    )
+    lines = {line.split(" ")[0]: " ".join(line.split()[1:]) for line in told.splitlines()}
+    assert lines == {
+        "bundle": "gold, gated, texels in float16",
+        "device": "a device (PoCL, 3.1), 16 queries a work item",
+        "time": "40.0 ns an evaluation (from 38.0 to 45.0 over the rounds)",
+        "rate": "25.00 million evaluations a second",
+        "network": "25.0 GFLOP/s, 25% of the FMA ceiling of 100.0 GFLOP/s",
+        "JAX": "3.25 million evaluations a second on this processor",
+        "build": "1.50 s",
+    }
+
+
 def test_a_comparison_is_a_table():
     columns = {"bundle": ERRORS | IMAGE, "against": ERRORS | IMAGE, "ratio": dict.fromkeys(ERRORS, 1.0)}
     head, *rows = text.comparison(columns).splitlines()
