@@ -5,14 +5,15 @@
 
 Both train the same network on the same batch of 2^16 queries with Adam, on two threads; textures, warps, decoder and
 loss are the same. Coordinates and targets are given: neither side draws. Each has a process of its own, since their
-thread pools would get in each other's way, and the rounds are interleaved. The FMA ceiling is that of an OpenCL kernel
-of independent chains, at the better of two vector widths. Writes experiments/results/throughput.json.
+thread pools would get in each other's way, and the rounds are interleaved. The FMA ceiling is
+`jaxbrdf.opencl.ceiling`'s. Writes experiments/results/throughput.json.
 """
 
 from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from multiprocessing import get_context
@@ -30,6 +31,7 @@ from jaxbrdf.fit.batch import Batch
 from jaxbrdf.fit.optimiser import OptimiserConfig, adam, cosine
 from jaxbrdf.models.gated import GatedConfig, GatedCoordinates, gated
 from jaxbrdf.models.half_difference import HalfDifferencePolar, TextureSizes
+from jaxbrdf.opencl import ceiling
 from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.texture.angular import Polar
 
@@ -37,23 +39,6 @@ BATCH = 2**16
 ROUNDS = 9
 STEPS = 12
 RATES = OptimiserConfig(texture_rate=2e-2, network_rate=5e-3, beta1=0.9, smoothing=0.0)
-
-WIDTHS = (8, 16)
-ITEMS = 64
-LENGTH = 20_000
-CHAINS = """
-__kernel void chains(__global VECTOR *out, const float a, const float b) {
-    VECTOR x[10];
-    for (int j = 0; j < 10; ++j) x[j] = (VECTOR)(get_global_id(0) + j);
-    for (int i = 0; i < LENGTH; ++i) {
-        #pragma unroll
-        for (int j = 0; j < 10; ++j) x[j] = fma(x[j], (VECTOR)(a), (VECTOR)(b));
-    }
-    VECTOR sum = 0.0f;
-    for (int j = 0; j < 10; ++j) sum += x[j];
-    out[get_global_id(0)] = sum;
-}
-"""
 
 
 def jax_trainer(data: dict[str, np.ndarray]):
@@ -127,23 +112,11 @@ def torch_trainer(data: dict[str, np.ndarray]):
     return lambda: [step() for _ in range(STEPS)]
 
 
-def fma_chains(width: int):
-    """A function that runs ten chains of vectors in each work item, and how many operations that is."""
-    context, queue = context_of(choose())
-    program = cl.Program(context, CHAINS).build([f"-DVECTOR=float{width}", f"-DLENGTH={LENGTH}"])
-    kernel = cl.Kernel(program, "chains")
-    out = cl.Buffer(context, cl.mem_flags.WRITE_ONLY, ITEMS * 4 * width)
-
-    def run() -> None:
-        kernel(queue, (ITEMS,), (1,), out, np.float32(0.999), np.float32(1e-3))
-        queue.finish()
-
-    return run, ITEMS * LENGTH * 10 * width * 2
-
-
-def best_ceiling() -> float:
-    """GFLOP/s of the fastest of several runs at the better width."""
-    return max(operations / min(seconds(run) for _ in range(5)) / 1e9 for run, operations in map(fma_chains, WIDTHS))
+def ceiling_of_the_device() -> Callable[[], float]:
+    """A function that measures GFLOP/s of chains of multiply-adds on the best device."""
+    context = context_of(choose())
+    chains, queue = ceiling.all_chains(context), cl.CommandQueue(context)
+    return lambda: ceiling.gflops(chains, queue)
 
 
 def serve(name: str, pipe: Connection) -> None:
@@ -153,7 +126,7 @@ def serve(name: str, pipe: Connection) -> None:
     data = {name: generator.random(BATCH, np.float32) for name in ("r_h", "turn_h", "r_d", "turn_d")}
     data |= {"f": generator.random((3, BATCH), np.float32), "importance": np.ones(BATCH, np.float32)}
     if name == "fma":
-        measure = best_ceiling
+        measure = ceiling_of_the_device()
     else:
         train = {"jax": jax_trainer, "torch": torch_trainer}[name](data)
         measure = partial(seconds, train)

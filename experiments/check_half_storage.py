@@ -12,52 +12,39 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import jax
 import numpy as np
 
 from jaxbrdf import cli
 from jaxbrdf.brdf import builtin
 from jaxbrdf.brdf.measured import symmetrised
 from jaxbrdf.export.bundle import Bundle, from_bytes, load, to_bytes
+from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.source import open_source
+from jaxbrdf.metrics.brdf_space import compare_at
 from jaxbrdf.opencl import Material
 from jaxbrdf.opencl.platform import choose, context_of
-from jaxbrdf.sampling.pairs import draw_weighted
+from jaxbrdf.types import Query
 
 RESULT = Path(__file__).parent / "results" / "half_storage.json"
-PAIRS = 2**21
-SMAPE_OFFSET = 1e-3
 
 
-def errors(bundle: Bundle, truth: np.ndarray, query: Any, importance: np.ndarray) -> dict[str, float]:
-    """MAE, SMAPE and RMSE of the kernel's values, as docs/conventions.md defines them."""
+def evaluated(bundle: Bundle) -> Callable[[Query], np.ndarray]:
+    """f as the kernel gives it."""
     material = Material.load(bundle, context_of(choose()))
-    f = material.evaluate(np.asarray(query.wi), np.asarray(query.wo)).astype(np.float64)
-    difference = np.abs(f - truth)
-    relative = 2.0 * difference / (f + truth + SMAPE_OFFSET)
-
-    def mean(values: np.ndarray) -> float:
-        return float(np.mean(importance[:, None] * values))
-
-    return {"mae": mean(difference), "smape": mean(relative), "rmse": float(np.sqrt(mean(difference**2)))}
+    return lambda query: material.evaluate(np.asarray(query.wi), np.asarray(query.wo))
 
 
 def added(name: str, bundle: Bundle, source: str) -> dict[str, Any]:
     """What float16 adds to each error, in per cent of it; negative where it takes away."""
-    query, importance = draw_weighted(jax.random.key(20_260_101), PAIRS)
-    material = symmetrised(open_source(source).material)
-    evaluate = jax.jit(partial(material.brdf.eval, material.params))
-    parts = [slice(i, i + 2**18) for i in range(0, PAIRS, 2**18)]
-    truth = np.concatenate([np.asarray(evaluate(query._replace(wi=query.wi[p], wo=query.wo[p]))) for p in parts])
-    weights = np.asarray(importance, np.float64)
-    full = errors(bundle, truth.astype(np.float64), query, weights)
     stored = from_bytes(to_bytes(bundle, precision="float16"), name)
-    half = errors(stored, truth.astype(np.float64), query, weights)
-    return {"material": name, **{key: 100.0 * (half[key] - full[key]) / full[key] for key in full}}
+    draws = judge.draw(symmetrised(open_source(source).material))
+    errors = compare_at(draws.pairs, {"full": evaluated(bundle), "half": evaluated(stored)})
+    full, half = (judge.plain_errors(errors[key]) for key in ("full", "half"))
+    return {"material": name, **{key: 100.0 * (half[key] - full[key]) / full[key] for key in ("mae", "smape", "rmse")}}
 
 
 def fitted(name: str) -> Bundle:

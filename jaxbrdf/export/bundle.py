@@ -24,6 +24,9 @@ from jaxbrdf.texture.angular import close_centre, is_texture
 from jaxbrdf.types import Brdf, Material, Params
 
 METADATA_KEY = "jaxbrdf"
+Precision = Literal["float16", "float32"]
+"""Of stored texels."""
+
 DTYPES = {"F16": np.dtype("<f2"), "F32": np.dtype("<f4")}
 
 
@@ -34,7 +37,7 @@ class Bundle(NamedTuple):
     params: Params
 
 
-def to_bytes(bundle: Bundle, *, precision: Literal["float16", "float32"] = "float32") -> bytes:
+def to_bytes(bundle: Bundle, *, precision: Precision = "float32") -> bytes:
     """The file's content, its textures stored in `precision`.
 
     Weights stay in float32: they are few, and rounding them costs more than rounding all texels.
@@ -67,7 +70,7 @@ def from_bytes(content: bytes, path: str | PathLike[str]) -> Bundle:
         raise DataError(path, _one_line(error)) from None
 
 
-def save(path: str | PathLike[str], bundle: Bundle, *, precision: Literal["float16", "float32"] = "float32") -> None:
+def save(path: str | PathLike[str], bundle: Bundle, *, precision: Precision = "float32") -> None:
     """Writes the bundle; the path holds a whole file or is untouched.
 
     Raises:

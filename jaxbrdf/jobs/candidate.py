@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 from jaxbrdf.errors import JaxbrdfError
+from jaxbrdf.export.bundle import Precision
 from jaxbrdf.models.gated import GatedConfig
 from jaxbrdf.models.half_difference import TextureSizes
 from jaxbrdf.models.table import MODELS
-
-Precision = Literal["float16", "float32"]
 
 D_TEXELS = 40
 """Radii and azimuths of D in our own arrangement of the gated model."""

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from jaxbrdf.data.output import check_writable
-from jaxbrdf.jobs.candidate import Candidate, Precision
+from jaxbrdf.export.bundle import Precision
+from jaxbrdf.jobs.candidate import Candidate
 from jaxbrdf.jobs.folder import make_folder
 from jaxbrdf.jobs.recipe import Recipe, preset_of
 from jaxbrdf.jobs.source import BUNDLE_NAME, BUNDLE_SUFFIX

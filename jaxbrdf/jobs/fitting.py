@@ -12,10 +12,10 @@ import jax
 from jaxbrdf.checks.parity import random_params
 from jaxbrdf.errors import FitError
 from jaxbrdf.export import bundle as bundles
-from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.export.manifest import Manifest, Provenance
 from jaxbrdf.jobs import judge
-from jaxbrdf.jobs.candidate import Candidate, Precision
+from jaxbrdf.jobs.candidate import Candidate
 from jaxbrdf.jobs.recipe import Recipe, preset_of
 from jaxbrdf.jobs.reference import Reference
 from jaxbrdf.jobs.training import Task, Trained

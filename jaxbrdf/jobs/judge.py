@@ -13,7 +13,7 @@ import numpy as np
 from jaxbrdf.brdf.measured import asymmetry, clamped_share
 from jaxbrdf.errors import OpenCLError
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.jobs.price import QUERIES, interleaved, jax_run, opencl_run, timed_query
+from jaxbrdf.jobs.price import QUERIES, interleaved, jax_run, opencl_run, price_of, timed_query
 from jaxbrdf.jobs.source import Source
 from jaxbrdf.metrics.brdf_space import LEAST_PAIRS, BrdfErrors, TruePairs, compare_at, true_pairs
 from jaxbrdf.metrics.image import image_errors
@@ -135,7 +135,7 @@ def evaluation_cost(bundle: Bundle) -> dict[str, float]:
         run()
         runs["opencl"] = run
     times = interleaved(runs, TIMED_RUNS)
-    return {f"{name}_ns_per_evaluation": 1e9 * float(np.median(of)) / QUERIES for name, of in times.items()}
+    return {f"{name}_ns_per_evaluation": price_of(of, QUERIES).ns for name, of in times.items()}
 
 
 def opencl_device() -> str:

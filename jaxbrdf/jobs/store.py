@@ -67,11 +67,6 @@ def obtain(store: Store, candidate: Candidate, reporter: Reporter) -> Bundle:
     return bundle
 
 
-def is_trained(store: Store, candidate: Candidate) -> bool:
-    """Whether the candidate's training is there."""
-    return _kept(store, candidate.trained) is not None
-
-
 def clear(folder: Path) -> None:
     """Removes the files of a store, and the folder if nothing else is in it."""
     if folder.is_dir():

@@ -10,8 +10,8 @@ import numpy as np
 
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.opencl.parameters import ALIGNMENT, Parameters, parameters, stored_precision
-from jaxbrdf.opencl.shape import INLINE, Precision
+from jaxbrdf.opencl.parameters import ALIGNMENT, Parameters, common_precision, parameters
+from jaxbrdf.opencl.shape import INLINE
 from jaxbrdf.opencl.source import entry_points, settings
 
 ARGUMENTS = "const float3 wi, const float3 wo, __global const float *parameters"
@@ -47,18 +47,12 @@ class Collection(NamedTuple):
         if not materials or not prefix.isidentifier():
             raise ValueError(f"{len(materials)} materials named {prefix!r}: one at least, and an identifier")
         loaded = [m if isinstance(m, Bundle) else bundles.load(m) for m in materials]
-        precision = _common_precision(loaded)
+        precision = common_precision(loaded)
         packed = [parameters(bundle, INLINE, precision) for bundle in loaded]
         offsets, values = _joined([p.values for p in packed])
         codes, kinds = _codes(loaded, packed, prefix)
         text = settings(INLINE, precision, unroll=unroll) + "".join(codes) + _entries(prefix, kinds, offsets)
         return cls(text, values)
-
-
-def _common_precision(loaded: Sequence[Bundle]) -> Precision:
-    """float16 if all materials with textures are stored so: a program has one precision."""
-    stored = {stored_precision(bundle) for bundle in loaded if bundle.manifest.model in ("gated", "tripleplane")}
-    return "float16" if stored == {"float16"} else "float32"
 
 
 def _joined(parts: list[np.ndarray]) -> tuple[list[int], np.ndarray]:

@@ -13,14 +13,14 @@ import pyopencl as cl
 
 from jaxbrdf.errors import OpenCLError
 from jaxbrdf.export import bundle as bundles
-from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.export.manifest import Manifest
 from jaxbrdf.opencl import tuning
 from jaxbrdf.opencl.arrays import DeviceArray, queries_in
 from jaxbrdf.opencl.parameters import parameters, stored_precision
 from jaxbrdf.opencl.platform import describe, is_gpu
 from jaxbrdf.opencl.program import build
-from jaxbrdf.opencl.shape import INLINE, Precision, Shape
+from jaxbrdf.opencl.shape import INLINE, Shape
 from jaxbrdf.opencl.source import entry_points, settings
 
 KERNEL = "material"
@@ -85,17 +85,17 @@ class Material(NamedTuple):
         precision = precision or stored_precision(bundle)
         device = context.devices[0]
         wanted = shape or tuning.best_shape(device)
-        program, used = _build(context, bundle, precision, wanted)
+        built = _build(context, bundle, precision, wanted)
         flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
         try:
-            numbers = cl.Buffer(context, flags, hostbuf=parameters(bundle, used, precision).values)
+            numbers = cl.Buffer(context, flags, hostbuf=built.numbers)
             queue = cl.CommandQueue(context, device)
         except cl.Error as error:
             raise OpenCLError(f"the parameters do not fit on {describe(device)}: {error}") from None
-        kernel = cl.Kernel(program, f"{KERNEL}_evaluate")
+        kernel = cl.Kernel(built.program, f"{KERNEL}_evaluate")
         # known types are set twenty times faster
         kernel.set_scalar_arg_dtypes([np.uint64, np.uint32, None, None, None, None])
-        return cls(bundle, precision, used, context, queue, kernel, threading.Lock(), numbers)
+        return cls(bundle, precision, built.shape, context, queue, kernel, threading.Lock(), numbers)
 
     @property
     def manifest(self) -> Manifest:
@@ -221,10 +221,19 @@ class Material(NamedTuple):
         mapped.base.release(self.queue)  # pyright: ignore[reportCallIssue]
 
 
-def _build(context: cl.Context, bundle: Bundle, precision: Precision, shape: Shape) -> tuple[cl.Program, Shape]:
+class _Built(NamedTuple):
+    """A program, the shape that it has, and the numbers that it reads."""
+
+    program: cl.Program
+    shape: Shape
+    numbers: np.ndarray
+
+
+def _build(context: cl.Context, bundle: Bundle, precision: Precision, shape: Shape) -> _Built:
     """The program of the shape, or of the next narrower one that the device's compiler takes."""
+    macros, numbers = parameters(bundle, shape, precision)
     try:
-        return build(context, kernel_source(bundle, precision, shape, context.devices[0])), shape
+        return _Built(build(context, _source(bundle, macros, precision, shape, context.devices[0])), shape, numbers)
     except OpenCLError as error:
         smaller = tuning.narrower(shape)
         if smaller is None:
@@ -235,7 +244,10 @@ def _build(context: cl.Context, bundle: Bundle, precision: Precision, shape: Sha
 
 def kernel_source(bundle: Bundle, precision: Precision, shape: Shape, device: cl.Device) -> str:
     """The program of the kernel `material_evaluate`."""
-    macros = parameters(bundle, shape, precision).macros
+    return _source(bundle, parameters(bundle, shape, precision).macros, precision, shape, device)
+
+
+def _source(bundle: Bundle, macros: dict[str, str], precision: Precision, shape: Shape, device: cl.Device) -> str:
     fits = 4 * int(macros["JB_WEIGHT_COUNT"]) <= device.local_mem_size // 2
     weights = "__local" if is_gpu(device) and fits else "__global"
     points = entry_points(bundle.manifest.model, "evaluate", macros, prefix=KERNEL)

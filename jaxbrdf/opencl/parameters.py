@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import expit
 
-from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.warp import RadialWarp, shares_and_exponents
-from jaxbrdf.opencl.shape import Precision, Shape
+from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.opencl.source import check_effects
 from jaxbrdf.texture.angular import close_centre, is_texture
 
@@ -50,7 +51,12 @@ class Parameters(NamedTuple):
 
 def stored_precision(bundle: Bundle) -> Precision:
     """float16 where that holds every texel exactly, as after a fit that was stored so."""
-    textures = [leaf for leaf in _fields(bundle).values() if _is_texture(leaf)]
+    return common_precision([bundle])
+
+
+def common_precision(bundles: Sequence[Bundle]) -> Precision:
+    """float16 where that holds every texel of all bundles exactly; float32 too where there is none."""
+    textures = [leaf for bundle in bundles for leaf in _fields(bundle).values() if _is_texture(leaf)]
     with np.errstate(over="ignore"):
         exact = all(np.array_equal(texture.astype(np.float16), texture) for texture in textures)
     return "float16" if textures and exact else "float32"
@@ -63,13 +69,14 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
         ValueError: of a part that kernels do not know, of textures that are too large for them, or of texels beyond the
             precision's range.
     """
-    check_effects(bundle.manifest.model, [name for name, value in _fields(bundle).items() if value is not None])
+    fields = _fields(bundle)
+    check_effects(bundle.manifest.model, [name for name, value in fields.items() if value is not None])
     macros: dict[str, str] = {"JB_ISOTROPIC": ""} if bundle.manifest.isotropic else {}
     weights, texels = _Writer(), _Writer()
-    for name, value in _fields(bundle).items():
+    for name, value in fields.items():
         place = f"JB_{name.upper()}"
         if isinstance(value, Mlp):
-            mlp, inputs = _read_inputs(bundle, value), _inputs(bundle)
+            mlp, inputs = _read_inputs(bundle, value), _inputs(fields)
             macros |= weights.write(place, *network(mlp, shape, output_scale=LOG2_E, inputs=inputs))
         elif isinstance(value, RadialWarp):
             shares = np.concatenate([np.asarray(part) for part in shares_and_exponents(value)])
@@ -169,9 +176,9 @@ def network(
     return macros, np.concatenate(parts).astype(np.float32)
 
 
-def _inputs(bundle: Bundle) -> Range | None:
+def _inputs(fields: Mapping[str, Any]) -> Range | None:
     """The network's inputs, where they are interpolated texels, which no query can leave."""
-    textures = [leaf for leaf in _fields(bundle).values() if _is_texture(leaf)]
+    textures = [leaf for leaf in fields.values() if _is_texture(leaf)]
     if not textures:
         return None
     low, high = (np.concatenate([getattr(t, name)((1, 2)) for t in textures]) for name in ("min", "max"))

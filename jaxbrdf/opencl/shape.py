@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
-
-Precision = Literal["float16", "float32"]
-"""Of stored texels."""
+from typing import NamedTuple
 
 WIDTHS = (1, 4, 8, 16)
-MOST_ROWS = 12
-"""Tiles that kernels_cl/include/network.cl knows."""
 
 
 class Tiles(NamedTuple):
@@ -39,7 +34,7 @@ class Shape(NamedTuple):
 
     Attributes:
         width: queries that a work item evaluates as vectors, one of `WIDTHS`.
-        rows: the most outputs of a layer whose sums are held in registers, up to `MOST_ROWS`.
+        rows: the most outputs of a layer whose sums are held in registers, up to 12, the largest tile of network.cl.
     """
 
     width: int

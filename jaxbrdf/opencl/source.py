@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable
 from importlib.resources import files
 
-from jaxbrdf.opencl.shape import Precision, Shape
+from jaxbrdf.export.bundle import Precision
+from jaxbrdf.opencl.shape import Shape
 
 INCLUDE = re.compile(r'#include "(\w+\.cl)"')
 

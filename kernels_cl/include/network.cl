@@ -27,7 +27,7 @@ JB_INLINE jb_real jb_bounded_scaled_silu(const jb_real t) { return t / (1.0f + j
 
 // y[0..R) = activation(biases + weights x), R outputs of a layer of n_in inputs.
 #define JB_TILE(R, activation)                                                                                        \
-    JB_INLINE void jb_tile_##activation##_##R(                                                                           \
+    JB_INLINE void jb_tile_##activation##_##R(                                                                        \
         const jb_real *x, const int n_in, JB_WEIGHTS const float *parameters, jb_real *y) {                           \
         jb_real sum[R];                                                                                               \
         _Pragma("unroll") for (int r = 0; r < R; ++r) { sum[r] = JB_REAL(parameters[r]); }                            \

@@ -52,23 +52,18 @@ typedef struct {
 
 JB_INLINE jb_real jb_min(const jb_real a, const jb_real b) { return a < b ? a : b; }
 
+JB_INLINE jb_real jb_max(const jb_real a, const jb_real b) { return a > b ? a : b; }
+
 // x, but no more, or no less, than a bound; a NaN stays.
 JB_INLINE jb_real jb_at_most(const jb_real x, const float bound) { return x > bound ? JB_REAL(bound) : x; }
 
 JB_INLINE jb_real jb_at_least(const jb_real x, const float bound) { return x < bound ? JB_REAL(bound) : x; }
-
-JB_INLINE jb_real jb_max(const jb_real a, const jb_real b) { return a > b ? a : b; }
 
 JB_INLINE jb_real jb_abs(const jb_real x) { return JB_AS_REAL(JB_AS_INTEGER(x) & 0x7fffffff); }
 
 JB_INLINE jb_real3 jb_add(const jb_real3 a, const jb_real3 b) {
     const jb_real3 sum = {a.x + b.x, a.y + b.y, a.z + b.z};
     return sum;
-}
-
-JB_INLINE jb_real3 jb_scale(const jb_real3 a, const jb_real s) {
-    const jb_real3 scaled = {a.x * s, a.y * s, a.z * s};
-    return scaled;
 }
 
 JB_INLINE jb_real jb_dot(const jb_real3 a, const jb_real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }

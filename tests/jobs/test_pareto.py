@@ -11,12 +11,11 @@ import pytest
 
 from jaxbrdf import cli
 from jaxbrdf.data import png
-from jaxbrdf.errors import FitError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import grid, judge, pareto, price, store
 from jaxbrdf.jobs.candidate import Candidate
 from jaxbrdf.jobs.pareto import with_fronts
-from tests.jobs.tiny import hasten_judge, pretend_to_train, run_json
+from tests.jobs.tiny import hasten_judge, let_diverge, pretend_to_train, run_json
 
 GRID = (Candidate("nbrdf"), Candidate("gated"), Candidate("gated", precision="float16"))
 NAMES = [candidate.name for candidate in GRID]
@@ -104,14 +103,7 @@ def test_a_given_bundle_is_judged_by_the_first_material(capsys: pytest.CaptureFi
 def test_a_candidate_that_diverges_is_left_out_and_told(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    pretended = store.train
-
-    def train(task: Any, *others: Any) -> Any:
-        if task.checkpoint.stem == "gated-paper":
-            raise FitError("the fit diverged")
-        return pretended(task, *others)
-
-    monkeypatch.setattr(store, "train", train)
+    let_diverge(monkeypatch, "gated-paper")
     found = run_json(capsys, "pareto", "gold", "-o", "out")
     assert [row["candidate"] for row in found["candidates"]] == ["nbrdf paper"]
     assert [(one["candidate"], one["reason"]) for one in found["failed"]] == [

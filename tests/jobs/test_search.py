@@ -25,7 +25,7 @@ from jaxbrdf.jobs.grid import CAPABILITY
 from jaxbrdf.jobs.price import Price
 from jaxbrdf.opencl.parameters import stored_precision
 from jaxbrdf.types import Material
-from tests.jobs.tiny import PICTURES, Listener, hasten_judge, pretend_to_train, run_json
+from tests.jobs.tiny import PICTURES, Listener, hasten_judge, let_diverge, pretend_to_train, run_json
 
 NAIVE, NBRDF, PAPER, OWN = Candidate("naive-mlp"), Candidate("nbrdf"), Candidate("gated"), Candidate("gated", (16, 16))
 GRID = (NAIVE, NBRDF, PAPER, OWN)
@@ -182,14 +182,7 @@ def test_other_candidates_are_timed(monkeypatch: pytest.MonkeyPatch):
 
 
 def test_a_candidate_that_diverges_is_passed_over(monkeypatch: pytest.MonkeyPatch):
-    pretended = store.train
-
-    def train(task: Any, *others: Any) -> Any:
-        if task.checkpoint.stem == "nbrdf-paper":
-            raise FitError("the fit diverged")
-        return pretended(task, *others)
-
-    monkeypatch.setattr(store, "train", train)
+    let_diverge(monkeypatch, "nbrdf-paper")
     result = searched(Budget(max_error=0.3))
     assert rejected(result)["nbrdf paper"] == (20.0, None, "the fit diverged")
     assert result.report["candidate"] == "gated paper"

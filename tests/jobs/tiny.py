@@ -9,12 +9,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+import pytest
 
 from jaxbrdf import cli
 from jaxbrdf.checks.parity import random_params
+from jaxbrdf.errors import FitError
 from jaxbrdf.fit.loop import LoopConfig
 from jaxbrdf.fit.presets import PRESETS
-from jaxbrdf.jobs import judge
+from jaxbrdf.jobs import judge, store
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.training import Task, Trained
 
@@ -62,6 +64,18 @@ def pretend_to_train(replace: Callable[[str, Any], object]) -> list[str]:
 
     replace("train", train)
     return names
+
+
+def let_diverge(patch: pytest.MonkeyPatch, checkpoint: str) -> None:
+    """Makes the store's training diverge whose checkpoint has this name."""
+    usual = store.train
+
+    def train(task: Task, *others: Any) -> Trained:
+        if task.checkpoint.stem == checkpoint:
+            raise FitError("the fit diverged")
+        return usual(task, *others)
+
+    patch.setattr(store, "train", train)
 
 
 class Listener:

@@ -10,13 +10,13 @@ import pyopencl as cl
 import pytest
 
 from jaxbrdf.checks.parity import RELATIVE, demanding_queries, jax_values, opencl_parity, random_params
-from jaxbrdf.export.bundle import Bundle
+from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.models.gated import GatedConfig, GatedParams, gated
 from jaxbrdf.models.half_difference import TextureSizes
 from jaxbrdf.models.warp import RadialWarp
 from jaxbrdf.opencl import Material
 from jaxbrdf.opencl.material import kernel_source
-from jaxbrdf.opencl.shape import Precision, Shape
+from jaxbrdf.opencl.shape import Shape
 from tests.export.bundles import bundle_of
 from tests.opencl.conftest import Device
 
