@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 import warnings
 from collections.abc import Sequence
 from os import PathLike
@@ -26,6 +27,12 @@ from jaxbrdf.opencl.source import entry_points, settings
 KERNEL = "material"
 PLANAR, INTERLEAVED = 0, 1
 READ = cl.map_flags.READ
+
+SMALL_BATCH = 4096
+"""Queries, up to which `evaluate` polls for the end: they take a tenth of a millisecond."""
+
+POLL_SECONDS = 5e-4
+"""At most: after that something else wants the processor."""
 
 OUT_OF_MEMORY = {
     cl.status_code.MEM_OBJECT_ALLOCATION_FAILURE,
@@ -217,8 +224,22 @@ class Material(NamedTuple):
         output = cl.Buffer(self.context, flags.WRITE_ONLY | flags.USE_HOST_PTR, hostbuf=f)
         event = self._enqueue(self.queue, len(f), INTERLEAVED, (*inputs, output), None)
         # the one wait: each takes as long as some hundred queries
-        mapped, _ = cl.enqueue_map_buffer(self.queue, output, READ, 0, f.shape, f.dtype, wait_for=[event])
+        mapped, done = cl.enqueue_map_buffer(
+            self.queue, output, READ, 0, f.shape, f.dtype, wait_for=[event], is_blocking=False
+        )
+        self.queue.flush()
+        if len(f) <= SMALL_BATCH:
+            _poll(done)
+        done.wait()
         mapped.base.release(self.queue)  # pyright: ignore[reportCallIssue]
+
+
+def _poll(done: cl.Event) -> None:
+    """Asks for the end of a command again and again for a while: sleeping and being woken takes longer than a small
+    batch itself."""
+    end = time.perf_counter() + POLL_SECONDS
+    while done.command_execution_status > cl.command_execution_status.COMPLETE and time.perf_counter() < end:
+        pass
 
 
 class _Built(NamedTuple):

@@ -4,6 +4,9 @@
 
 #include "numerics.cl"
 
+// 2^32, by which wi + wo is lengthened: where the directions are almost opposed its squares are normal numbers yet.
+#define JB_LONG 4294967296.0f
+
 typedef struct {
     jb_real3 wh;
     jb_real3 wd;
@@ -32,16 +35,23 @@ JB_INLINE jb_real3 jb_turn_back(const jb_Azimuth phi, const jb_real3 w) {
 }
 
 // wh = (wi + wo) / |wi + wo|, wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998); x and y of wd from (wi - wo) / 2, which
-// is exact where the directions almost meet.
+// is exact where the directions almost meet. The azimuth of wh is taken from wi + wo: so neither root waits for the other.
 JB_INLINE jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3 wo) {
-    const jb_real3 sum = jb_add(wi, wo);
+    const jb_real3 sum = {JB_LONG * (wi.x + wo.x), JB_LONG * (wi.y + wo.y), JB_LONG * (wi.z + wo.z)};
     const jb_real3 across = {0.5f * (wi.x - wo.x), 0.5f * (wi.y - wo.y), 0.5f * (wi.z - wo.z)};
+    const jb_real around = sum.x * sum.x + sum.y * sum.y;
+    const jb_real inverse = jb_safe_rsqrt(around + sum.z * sum.z);
+    const jb_real inverse_around = jb_safe_rsqrt(around);
+    const jb_Azimuth phi = {inverse_around > 0.0f ? sum.x * inverse_around : JB_REAL(1.0f), sum.y * inverse_around};
+    const jb_real sin_h = around * inverse_around * inverse;
+    const jb_real3 turned = jb_turn_back(phi, across);
     jb_HalfDifference out;
-    out.wh = jb_safe_normalize(sum);
-    const jb_real3 turned = jb_turn_back(jb_azimuth_of(out.wh), across);
-    out.wd.x = out.wh.z * turned.x - jb_sin_theta(out.wh) * turned.z;
+    out.wh.x = sum.x * inverse;
+    out.wh.y = sum.y * inverse;
+    out.wh.z = inverse > 0.0f ? sum.z * inverse : JB_REAL(1.0f);
+    out.wd.x = out.wh.z * turned.x - sin_h * turned.z;
     out.wd.y = turned.y;
-    out.wd.z = 0.5f * jb_dot(out.wh, sum);
+    out.wd.z = 0.5f / JB_LONG * jb_dot(out.wh, sum);
     return out;
 }
 

@@ -8,22 +8,19 @@
 
 #include "numerics.cl"
 
+// A processor runs a tile's inputs four at a time: its two threads a core share the fetching of instructions, where a
+// short loop's jumps take what the multiply-adds need. A GPU has all loops unrolled.
 #ifdef JB_UNROLL
 #define JB_UNROLLED _Pragma("unroll")
+#define JB_PARTLY_UNROLLED _Pragma("unroll")
 #else
 #define JB_UNROLLED
+#define JB_PARTLY_UNROLLED _Pragma("unroll 4")
 #endif
 
 JB_INLINE jb_real jb_linear(const jb_real x) { return x; }
 
 JB_INLINE jb_real jb_relu(const jb_real x) { return x < 0.0f ? JB_REAL(0.0f) : x; }
-
-// SiLU of x = -ln(2) t, over -ln(2): t / (1 + 2^t), to 4e-7 relative up to t = 127, beyond to 6e-39 |t|. A NaN stays. The
-// host has scaled the weights on both sides accordingly.
-JB_INLINE jb_real jb_scaled_silu(const jb_real t) { return t / (1.0f + jb_exp2(t)); }
-
-// The same for t from -126 to 127, of a layer whose inputs and weights keep it there.
-JB_INLINE jb_real jb_bounded_scaled_silu(const jb_real t) { return t / (1.0f + jb_bounded_exp2(t)); }
 
 // y[0..R) = activation(biases + weights x), R outputs of a layer of n_in inputs.
 #define JB_TILE(R, activation)                                                                                        \
@@ -31,7 +28,7 @@ JB_INLINE jb_real jb_bounded_scaled_silu(const jb_real t) { return t / (1.0f + j
         const jb_real *x, const int n_in, JB_WEIGHTS const float *parameters, jb_real *y) {                           \
         jb_real sum[R];                                                                                               \
         _Pragma("unroll") for (int r = 0; r < R; ++r) { sum[r] = JB_REAL(parameters[r]); }                            \
-        JB_UNROLLED for (int i = 0; i < n_in; ++i) {                                                                  \
+        JB_PARTLY_UNROLLED for (int i = 0; i < n_in; ++i) {                                                           \
             JB_WEIGHTS const float *weights = parameters + (i + 1) * R;                                               \
             const jb_real input = x[i];                                                                               \
             _Pragma("unroll") for (int r = 0; r < R; ++r) { sum[r] += input * weights[r]; }                           \
@@ -59,13 +56,21 @@ JB_TILES(relu)
 // What is left to do with a whole layer: an activation too long for a tile's registers.
 JB_INLINE void jb_nothing_after(jb_real *y, const int count) {}
 
-JB_INLINE void jb_silu_after(jb_real *y, const int count) {
-    JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = jb_scaled_silu(y[o]); }
-}
+// SiLU of x = -ln(2) t, over -ln(2): t / (1 + 2^t), to 4e-7 relative up to t = 127, beyond to 6e-39 |t|. A NaN stays. The
+// host has scaled the weights on both sides accordingly. One output's division runs beside the next one's exponential.
+#define JB_SILU_AFTER(name, exp2)                                                                                     \
+    JB_INLINE void jb_##name##_after(jb_real *y, const int count) {                                                   \
+        jb_real below = 1.0f + exp2(y[0]);                                                                            \
+        JB_UNROLLED for (int o = 1; o < count; ++o) {                                                                 \
+            y[o - 1] = y[o - 1] / below;                                                                              \
+            below = 1.0f + exp2(y[o]);                                                                                \
+        }                                                                                                             \
+        y[count - 1] = y[count - 1] / below;                                                                          \
+    }
 
-JB_INLINE void jb_bounded_silu_after(jb_real *y, const int count) {
-    JB_UNROLLED for (int o = 0; o < count; ++o) { y[o] = jb_bounded_scaled_silu(y[o]); }
-}
+JB_SILU_AFTER(silu, jb_exp2)
+// For t from -126 to 127 alone: of a layer whose inputs and weights keep it there.
+JB_SILU_AFTER(bounded_silu, jb_bounded_exp2)
 
 // One layer from the array x to the array y, whose names then change places; `weights` moves on to the next layer.
 #define JB_LAYER(n_in, tiles, rows, more, rows_of_more, activation, after)                                            \

@@ -32,13 +32,6 @@ JB_INLINE jb_real jb_safe_rsqrt(const jb_real x) {
     return x > JB_TINY ? jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
 }
 
-// v / |v|, and the normal where v is too short to have a direction.
-JB_INLINE jb_real3 jb_safe_normalize(const jb_real3 v) {
-    const jb_real inverse = jb_safe_rsqrt(jb_dot(v, v));
-    const jb_real3 unit = {v.x * inverse, v.y * inverse, inverse > 0.0f ? v.z * inverse : JB_REAL(1.0f)};
-    return unit;
-}
-
 // 2^x to 3e-7 relative for x from -126 to 127. A NaN stays.
 JB_INLINE jb_real jb_bounded_exp2(const jb_real x) {
     const jb_real rounded = x + JB_ROUNDER;
@@ -54,19 +47,25 @@ JB_INLINE jb_real jb_bounded_exp2(const jb_real x) {
 // The same for any x, which is clamped to that range.
 JB_INLINE jb_real jb_exp2(const jb_real x) { return jb_bounded_exp2(jb_at_most(jb_at_least(x, -126.0f), 127.0f)); }
 
+// c0 + c1 x + ... + c8 x^8 in pairs (Estrin's scheme), which wait for each other half as long as by Horner's rule.
+JB_INLINE jb_real jb_degree_8(
+    const jb_real x, const float c0, const float c1, const float c2, const float c3, const float c4, const float c5,
+    const float c6, const float c7, const float c8) {
+    const jb_real x2 = x * x;
+    const jb_real x4 = x2 * x2;
+    const jb_real low = (c0 + c1 * x) + (c2 + c3 * x) * x2;
+    const jb_real high = (c4 + c5 * x) + (c6 + c7 * x) * x2;
+    return low + x4 * (high + c8 * x4);
+}
+
 // log2(x) of a normal x > 0, to 3e-7 relative: the exponent, and a polynomial of the mantissa in
 // [sqrt(1/2), sqrt(2)).
 JB_INLINE jb_real jb_log2(const jb_real x) {
     const jb_integer exponent = (JB_AS_INTEGER(x) - 0x3f3504f3) >> 23;
     const jb_real t = JB_AS_REAL(JB_AS_INTEGER(x) - (exponent << 23)) - 1.0f;
-    jb_real p = 0.12583690881729126f * t - 0.20726971328258514f;
-    p = p * t + 0.21571563184261322f;
-    p = p * t - 0.23894482851028442f;
-    p = p * t + 0.28791624307632446f;
-    p = p * t - 0.3607036769390106f;
-    p = p * t + 0.48091062903404236f;
-    p = p * t - 0.7213473320007324f;
-    p = p * t + 1.4426950216293335f;
+    const jb_real p = jb_degree_8(
+        t, 1.4426950216293335f, -0.7213473320007324f, 0.48091062903404236f, -0.3607036769390106f, 0.28791624307632446f,
+        -0.23894482851028442f, 0.21571563184261322f, -0.20726971328258514f, 0.12583690881729126f);
     // a whole number below 2^22 as a float, by its bits
     const jb_real whole = JB_AS_REAL(exponent + 0x4b400000) - JB_ROUNDER;
     return p * t + whole;
@@ -77,15 +76,9 @@ JB_INLINE jb_real jb_upper_atan2(const jb_real y, const jb_real x) {
     const jb_real across = jb_abs(x);
     const jb_real larger = jb_max(across, y);
     const jb_real ratio = larger > JB_TINY ? jb_min(across, y) / jb_max(larger, JB_REAL(JB_TINY)) : JB_REAL(0.0f);
-    const jb_real s = ratio * ratio;
-    jb_real p = 2.920690691098571e-3f * s - 1.6367921605706215e-2f;
-    p = p * s + 4.321185126900673e-2f;
-    p = p * s - 7.552213221788406e-2f;
-    p = p * s + 0.10666004568338394f;
-    p = p * s - 0.14211055636405945f;
-    p = p * s + 0.19993773102760315f;
-    p = p * s - 0.33333152532577515f;
-    p = p * s + 1.0f;
+    const jb_real p = jb_degree_8(
+        ratio * ratio, 1.0f, -0.33333152532577515f, 0.19993773102760315f, -0.14211055636405945f, 0.10666004568338394f,
+        -7.552213221788406e-2f, 4.321185126900673e-2f, -1.6367921605706215e-2f, 2.920690691098571e-3f);
     const jb_real near = p * ratio;
     const jb_real angle = y > across ? 1.57079637f - near : near;
     return x < 0.0f ? 3.14159274f - angle : angle;

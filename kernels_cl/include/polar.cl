@@ -8,6 +8,12 @@
 // Length of w's projection on the surface, in [0, 1].
 JB_INLINE jb_real jb_disk_radius(const jb_real3 w) { return jb_min(jb_sin_theta(w), JB_REAL(1.0f)); }
 
+// Its logarithm to the base 2, from the square: no root. No less than -62, of which any exponent from 1/2 on makes nothing.
+JB_INLINE jb_real jb_log2_disk_radius(const jb_real3 w) {
+    const jb_real squared = w.x * w.x + w.y * w.y;
+    return 0.5f * jb_log2(jb_min(jb_max(squared, JB_REAL(JB_TINY)), JB_REAL(1.0f)));
+}
+
 // Azimuth of w over the full circle, in [0, 1].
 JB_INLINE jb_real jb_full_turn(const jb_real3 w) {
     const jb_real turn = jb_upper_atan2(jb_abs(w.y), w.x) * 0.159154943f;
@@ -19,11 +25,10 @@ JB_INLINE jb_real jb_half_turn(const jb_real3 w) {
     return jb_upper_atan2(jb_abs(w.y), w.y < 0.0f ? -w.x : w.x) * 0.318309886f;
 }
 
-// sum_k w_k r^alpha_k (Timonen et al., Eq. 7); `terms` holds the w, then the alpha.
-JB_INLINE jb_real jb_radial_warp(JB_WEIGHTS const float *terms, const int count, const jb_real r) {
-    const jb_real log_r = jb_log2(jb_max(r, JB_REAL(JB_TINY)));
+// sum_k w_k r^alpha_k (Timonen et al., Eq. 7) of log2(r); `terms` holds the w, then the alpha.
+JB_INLINE jb_real jb_radial_warp(JB_WEIGHTS const float *terms, const int count, const jb_real log_r) {
     jb_real warped = JB_REAL(0.0f);
-    for (int k = 0; k < count; ++k) {
+    _Pragma("unroll") for (int k = 0; k < count; ++k) {
         warped += terms[k] * jb_bounded_exp2(jb_at_least(terms[count + k] * log_r, -126.0f));
     }
     return warped;

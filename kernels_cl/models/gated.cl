@@ -10,13 +10,15 @@
 JB_INLINE jb_real3 JB_NAME(model)(
     const jb_real3 wi, const jb_real3 wo, JB_WEIGHTS const float *weights, __global const jb_stored *texels) {
     const jb_HalfDifference at = jb_half_difference(wi, wo);
-    jb_real r_h = jb_disk_radius(at.wh);
-    jb_real r_d = jb_disk_radius(at.wd);
 #ifdef JB_WARP_H
-    r_h = jb_radial_warp(weights + JB_WARP_H, JB_WARP_H_TERMS, r_h);
+    const jb_real r_h = jb_radial_warp(weights + JB_WARP_H, JB_WARP_H_TERMS, jb_log2_disk_radius(at.wh));
+#else
+    const jb_real r_h = jb_disk_radius(at.wh);
 #endif
 #ifdef JB_WARP_D
-    r_d = jb_radial_warp(weights + JB_WARP_D, JB_WARP_D_TERMS, r_d);
+    const jb_real r_d = jb_radial_warp(weights + JB_WARP_D, JB_WARP_D_TERMS, jb_log2_disk_radius(at.wd));
+#else
+    const jb_real r_d = jb_disk_radius(at.wd);
 #endif
 #ifdef JB_HORIZON
     const jb_real growth = weights[JB_HORIZON] * jb_log2_mean_secant(wi, wo);

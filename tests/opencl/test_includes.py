@@ -82,6 +82,19 @@ def test_half_vector_of_opposed_directions_is_the_normal(opencl: Device, shape: 
 
 
 @narrowest_and_widest
+def test_half_vector_of_almost_opposed_directions_keeps_its_digits(opencl: Device, shape: Shape):
+    """Along the horizon, where the sum is as short as 1e-24."""
+    rng = np.random.default_rng(10)
+    short = 10.0 ** rng.uniform(-24, -3, (COUNT, 1)) * rng.normal(size=(COUNT, 2))
+    wi = np.concatenate([np.ones((COUNT, 1)), short], axis=1).astype(np.float32)
+    wo = np.concatenate([-np.ones((COUNT, 1)), 0.3 * short], axis=1).astype(np.float32)
+    body = f"""{WI_WO} const jb_real3 wh = jb_half_difference(wi, wo).wh;
+        out[0] = wh.x; out[1] = wh.y; out[2] = wh.z;"""
+    found = run(opencl, ["directions"], body, {"wi": wi, "wo": wo}, 3, shape=shape)
+    np.testing.assert_allclose(found, half_difference(wi, wo)[:, :3], atol=3e-7)
+
+
+@narrowest_and_widest
 def test_turning_back_leaves_no_azimuth(opencl: Device, shape: Shape):
     w = directions(4)
     body = f"""{W} const jb_real3 t = jb_turn_back(jb_azimuth_of(w), w);
@@ -118,12 +131,13 @@ def test_turn_at_the_pole_is_zero(opencl: Device, shape: Shape, name: str):
 @narrowest_and_widest
 def test_radial_warp(opencl: Device, shape: Shape):
     r = np.concatenate([[0.0, 1.0], 10.0 ** np.random.default_rng(5).uniform(-12, 0, COUNT)]).astype(np.float32)
+    w = r[:, None] * np.array([0.6, -0.8, 0.0], np.float32)
     shares, exponents = np.array([0.2, 0.5, 0.3]), np.array([0.5, 1.3, 4.0])
     memory = {"terms": np.concatenate([shares, exponents]).astype(np.float32)}
-    body = "out[0] = jb_radial_warp(terms, 3, r_0);"
-    found = run(opencl, ["polar"], body, {"r": r[:, None]}, 1, shape=shape, memory=memory)[:, 0]
-    wanted = (shares * r.astype(np.float64)[:, None] ** exponents).sum(axis=1)
-    np.testing.assert_allclose(found, wanted, rtol=5e-6, atol=1e-18)
+    body = f"{W} out[0] = jb_radial_warp(terms, 3, jb_log2_disk_radius(w));"
+    found = run(opencl, ["polar"], body, {"w": w}, 1, shape=shape, memory=memory)[:, 0]
+    wanted = (shares * np.linalg.norm(w.astype(np.float64), axis=1, keepdims=True) ** exponents).sum(axis=1)
+    np.testing.assert_allclose(found, wanted, rtol=5e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("channels", [3, 8, 11])

@@ -16,6 +16,8 @@ from jaxbrdf.models.half_difference import TextureSizes
 from jaxbrdf.models.warp import RadialWarp
 from jaxbrdf.opencl import Material
 from jaxbrdf.opencl.material import kernel_source
+from jaxbrdf.opencl.platform import worth
+from jaxbrdf.opencl.program import build
 from jaxbrdf.opencl.shape import Shape
 from tests.export.bundles import bundle_of
 from tests.opencl.conftest import Device
@@ -31,16 +33,14 @@ class Effect(NamedTuple):
 
     Attributes:
         name: of the effect.
-        macros: that stand in the program only where the effect is.
+        macro: that stands in the program either with the effect or without it.
         present, absent: configurations.
-        precision: of the texels with the effect.
     """
 
     name: str
-    macros: tuple[str, ...]
+    macro: str
     present: GatedConfig
     absent: GatedConfig
-    precision: Precision = "float32"
 
 
 def without(**changes: Any) -> GatedConfig:
@@ -48,10 +48,10 @@ def without(**changes: Any) -> GatedConfig:
 
 
 EFFECTS = (
-    Effect("azimuth of wh", ("jb_full_turn(at",), FULL, without(textures=TextureSizes(True, 6, 7, 8, 9, 6))),
-    Effect("warp of H", ("define JB_WARP_H ",), FULL, without(h_exponents=())),
-    Effect("warp of D", ("define JB_WARP_D ",), FULL, without(d_exponents=())),
-    Effect("horizon", ("define JB_HORIZON ",), FULL, without(horizon=False)),
+    Effect("azimuth of wh", "define JB_ISOTROPIC", FULL, without(textures=TextureSizes(True, 6, 7, 8, 9, 6))),
+    Effect("warp of H", "define JB_WARP_H ", FULL, without(h_exponents=())),
+    Effect("warp of D", "define JB_WARP_D ", FULL, without(d_exponents=())),
+    Effect("horizon", "define JB_HORIZON ", FULL, without(horizon=False)),
 )
 
 
@@ -75,7 +75,7 @@ def bundle_for(config: GatedConfig) -> Bundle:
 def binary_size(opencl: Device, bundle: Bundle, precision: Precision) -> int:
     """Bytes of the compiled program."""
     source = kernel_source(bundle, precision, SHAPE, opencl.device)
-    program = cl.Program(opencl.context, source).build(["-cl-std=CL1.2", "-w"], cache_dir=False)
+    program = build(opencl.context, source)
     return len(program.get_info(cl.program_info.BINARIES)[0])
 
 
@@ -83,8 +83,10 @@ def binary_size(opencl: Device, bundle: Bundle, precision: Precision) -> int:
 def test_an_absent_effect_is_absent_code(opencl: Device, effect: Effect):
     present, absent = bundle_for(effect.present), bundle_for(effect.absent)
     texts = [kernel_source(bundle, "float32", SHAPE, opencl.device) for bundle in (present, absent)]
-    assert all(macro in texts[0] for macro in effect.macros)
-    assert binary_size(opencl, absent, "float32") < binary_size(opencl, present, "float32")
+    assert (effect.macro in texts[0]) != (effect.macro in texts[1])
+    # Intel's compiler unrolls a shorter kernel further, so that its size says nothing
+    if worth(opencl.device).pocl_version:
+        assert binary_size(opencl, absent, "float32") < binary_size(opencl, present, "float32")
 
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
