@@ -24,7 +24,8 @@ WIDTHS = (12, 24, 24, 3)
 """A decoder between the smallest and the largest of the models'."""
 
 COUNT = 2**16
-ROUNDS = 7
+ROUNDS = 40
+"""Half a second of them: fewer may all fall into moments when somebody else slows one shape more than another."""
 
 
 def main(arguments: list[str]) -> None:

@@ -17,7 +17,7 @@ GPU_SHAPE = Shape(1, 8)
 
 ROWS = (4, 6, 8, 12)
 TRIAL_SECONDS = 60.0
-VERSION = "2"
+VERSION = "3"
 """Of the trial: what an older one found is not asked for."""
 
 
