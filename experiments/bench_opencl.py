@@ -4,7 +4,7 @@
     python experiments/bench_opencl.py --only PoCL     # devices whose description holds the word
 
 The material is the gated model at the paper's size, general variant, fitted to brushed aluminium for a few seconds.
-Rates are medians over rounds, a share or a ratio is the median of the rounds' own, and each comes with its spread.
+Rates are medians over rounds, a share or a ratio is the median of the rounds' own, and each comes with its quartiles.
 Writes experiments/results/opencl_speed.json, from which make_tables.py writes docs/performance.md's tables.
 """
 
@@ -44,6 +44,7 @@ FRAME = 1920 * 1080
 SMALL = 1000
 MATERIALS = 25
 NETWORK = (10, 32, 32, 32, 6)
+QUARTILES = {"median": 0.5, "lower": 0.25, "upper": 0.75}
 
 CHOOSING = """
 __kernel void choose(__global const uint *index, __global const float *wi, __global const float *wo,
@@ -66,8 +67,8 @@ def fitted() -> Bundle:
 
 
 def spread(values: list[float]) -> dict[str, float]:
-    """Median, least and greatest."""
-    return {"median": float(np.median(values)), "least": min(values), "greatest": max(values)}
+    """Median and quartiles."""
+    return {name: float(np.quantile(values, share)) for name, share in QUARTILES.items()}
 
 
 def network_run(one: Network, queue: cl.CommandQueue, count: int) -> Callable[[], Any]:

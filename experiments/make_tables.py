@@ -131,11 +131,11 @@ def opencl_speed(found: list[dict[str, Any]]) -> str:
 
 
 def _with_spread(value: Any, unit: float, form: str) -> str:
-    """The median, and from where to where the rounds went."""
+    """The median, and the quartiles."""
     if not isinstance(value, dict):
         return format(unit * value, form)
-    median, least, greatest = (format(unit * value[name], form) for name in ("median", "least", "greatest"))
-    return f"{median} ({least} to {greatest})"
+    median, lower, upper = (format(unit * value[name], form) for name in ("median", "lower", "upper"))
+    return f"{median} ({lower} to {upper})"
 
 
 def opencl_effects(found: list[dict[str, Any]]) -> str:

@@ -140,8 +140,7 @@ def test_radial_warp(opencl: Device, shape: Shape):
     np.testing.assert_allclose(found, wanted, rtol=5e-6, atol=1e-9)
 
 
-@pytest.mark.parametrize("channels", [3, 8, 11])
-@pytest.mark.parametrize("dtype", [np.float32, np.float16])
+@pytest.mark.parametrize(("channels", "dtype"), [(3, np.float32), (8, np.float32), (11, np.float32), (11, np.float16)])
 @every_shape
 def test_angular_fetch(opencl: Device, shape: Shape, channels: int, dtype: type):
     n_r, n_phi = 5, 7
