@@ -64,7 +64,8 @@ def bundle_of(candidate: Candidate, reference: Reference, recipe: Recipe, traine
 
 
 def unfitted(candidate: Candidate, *, isotropic: bool) -> Bundle:
-    """A bundle of the candidate with random numbers: it costs an evaluation the same as a fitted one."""
+    """A bundle of the candidate with random numbers, which costs an evaluation what a fitted one does; a little more
+    where the range of a fit's numbers makes clamps superfluous."""
     sizes = candidate.sizes(isotropic=isotropic)
     nowhere = Provenance("", "", version("jaxbrdf"), 0, "", 0)
     params = random_params(0, MODELS[candidate.model].build(sizes))

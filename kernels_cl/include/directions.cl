@@ -39,17 +39,13 @@ JB_INLINE jb_real3 jb_turn_back(const jb_Azimuth phi, const jb_real3 w) {
 JB_INLINE jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3 wo) {
     const jb_real3 sum = {JB_LONG * (wi.x + wo.x), JB_LONG * (wi.y + wo.y), JB_LONG * (wi.z + wo.z)};
     const jb_real3 across = {0.5f * (wi.x - wo.x), 0.5f * (wi.y - wo.y), 0.5f * (wi.z - wo.z)};
-    const jb_real around = sum.x * sum.x + sum.y * sum.y;
-    const jb_real inverse = jb_safe_rsqrt(around + sum.z * sum.z);
-    const jb_real inverse_around = jb_safe_rsqrt(around);
-    const jb_Azimuth phi = {inverse_around > 0.0f ? sum.x * inverse_around : JB_REAL(1.0f), sum.y * inverse_around};
-    const jb_real sin_h = around * inverse_around * inverse;
-    const jb_real3 turned = jb_turn_back(phi, across);
+    const jb_real inverse = jb_safe_rsqrt(jb_dot(sum, sum));
+    const jb_real3 turned = jb_turn_back(jb_azimuth_of(sum), across);
     jb_HalfDifference out;
     out.wh.x = sum.x * inverse;
     out.wh.y = sum.y * inverse;
     out.wh.z = inverse > 0.0f ? sum.z * inverse : JB_REAL(1.0f);
-    out.wd.x = out.wh.z * turned.x - sin_h * turned.z;
+    out.wd.x = out.wh.z * turned.x - jb_sin_theta(sum) * inverse * turned.z;
     out.wd.y = turned.y;
     out.wd.z = 0.5f / JB_LONG * jb_dot(out.wh, sum);
     return out;

@@ -22,15 +22,13 @@ JB_INLINE jb_real jb_rsqrt(const jb_real x) {
     return y * (1.5f - half_x * y * y);
 }
 
-// sqrt(max(x, 0)) to 4e-7 relative; zero up to JB_TINY.
-JB_INLINE jb_real jb_safe_sqrt(const jb_real x) {
-    return x > JB_TINY ? x * jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
-}
-
 // 1 / sqrt(x); zero up to JB_TINY.
 JB_INLINE jb_real jb_safe_rsqrt(const jb_real x) {
     return x > JB_TINY ? jb_rsqrt(jb_max(x, JB_REAL(JB_TINY))) : JB_REAL(0.0f);
 }
+
+// sqrt(max(x, 0)) to 4e-7 relative; zero up to JB_TINY.
+JB_INLINE jb_real jb_safe_sqrt(const jb_real x) { return x * jb_safe_rsqrt(x); }
 
 // 2^x to 3e-7 relative for x from -126 to 127. A NaN stays.
 JB_INLINE jb_real jb_bounded_exp2(const jb_real x) {

@@ -61,11 +61,6 @@ JB_INLINE jb_real jb_at_least(const jb_real x, const float bound) { return x < b
 
 JB_INLINE jb_real jb_abs(const jb_real x) { return JB_AS_REAL(JB_AS_INTEGER(x) & 0x7fffffff); }
 
-JB_INLINE jb_real3 jb_add(const jb_real3 a, const jb_real3 b) {
-    const jb_real3 sum = {a.x + b.x, a.y + b.y, a.z + b.z};
-    return sum;
-}
-
 JB_INLINE jb_real jb_dot(const jb_real3 a, const jb_real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 #endif
