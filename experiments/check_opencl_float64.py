@@ -21,7 +21,7 @@ import numpy as np
 from jaxbrdf import __version__
 from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_params, demanding_queries, with_isotropy
 from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
-from jaxbrdf.export.manifest import Manifest, Provenance, build_model
+from jaxbrdf.export.manifest import Manifest, Provenance, build_brdf
 from jaxbrdf.models.table import MODELS
 from jaxbrdf.opencl import Material
 from jaxbrdf.opencl.platform import context_of, describe, devices
@@ -59,7 +59,7 @@ def random_pairs(key: jax.Array) -> Query:
 def compiled_reference(made: Bundle) -> Any:
     """f in float64 of directions given in float32."""
     params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), made.params)
-    evaluate = jax.jit(partial(build_model(made.manifest).eval, params))
+    evaluate = jax.jit(partial(build_brdf(made.manifest).eval, params))
     return lambda wi, wo: np.asarray(evaluate(Query(jnp.asarray(wi, jnp.float64), jnp.asarray(wo, jnp.float64))))
 
 

@@ -91,6 +91,37 @@ def rgl(found: dict[str, Any]) -> str:
     return markdown(rows, columns, closing="worst")
 
 
+def mitsuba_brdfs(found: dict[str, Any]) -> str:
+    """Relative differences from Mitsuba, case by case, as they are and with a known factor taken out."""
+    rows = []
+    for case, of in found["cases"].items():
+        rows.append({"case": case, "what": "as it is"} | _differences(of["difference"]))
+        if "factor" in of:
+            rest = _differences(of["difference without the factor"])
+            rows.append({"case": "", "what": f"without {of['factor']}"} | rest)
+    names = {"median": "f, median", "p99": "f, 99 %", "pdf median": "pdf, median", "pdf p99": "pdf, 99 %"}
+    titles = (Column("case", "case"), Column("what", "difference"))
+    return markdown(rows, (*titles, *(Column(key, title, ".1e") for key, title in names.items())))
+
+
+def _differences(kinds: dict[str, Any]) -> dict[str, Any]:
+    value, density = kinds["value"], kinds["density"]
+    return {"median": value["median"], "p99": value["p99"], "pdf median": density["median"], "pdf p99": density["p99"]}
+
+
+def samplers(found: dict[str, Any]) -> str:
+    """Variance and time of each sampler over the cosine's, geometric means over the materials."""
+    relative = found["summary"]["relative_to_cosine"]
+    rows = [{"sampler": name} | {key: of[name] for key, of in relative.items()} for name in relative["variance"]]
+    columns = (
+        Column("sampler", "sampler"),
+        Column("variance", "variance", ".4f"),
+        Column("variance_with_light", "with the light's samples", ".4f"),
+        Column("ns_to_unit_variance", "time to unit variance", ".4f"),
+    )
+    return markdown(rows, columns)
+
+
 def _named(device: str) -> str:
     """A device's driver, without the processor's name."""
     return device.partition("(")[2].rstrip(")").split(", ")[-1].replace("OpenCL 3.1 LINUX", "Intel's runtime")
@@ -179,6 +210,8 @@ TABLES = (
     Table("opencl_effects", "bench_opencl.py", opencl_effects, source="opencl_speed"),
     Table("opencl_float64", "check_opencl_float64.py", opencl_float64),
     Table("half_storage", "check_half_storage.py", half_storage),
+    Table("mitsuba_brdfs", "check_brdfs_against_mitsuba.py", mitsuba_brdfs),
+    Table("samplers", "bench_samplers.py", samplers),
     Table("rgl_mitsuba", "check_rgl_against_mitsuba.py", rgl),
 )
 

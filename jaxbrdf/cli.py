@@ -21,12 +21,25 @@ from jaxbrdf.commands.fit import add_fit
 from jaxbrdf.commands.info import add_info
 from jaxbrdf.commands.pareto import add_pareto
 from jaxbrdf.commands.render import add_render
+from jaxbrdf.commands.stability import add_stability
 from jaxbrdf.data.os_fault import os_fault
 from jaxbrdf.errors import DataError, JaxbrdfError
 
 EXIT_MISTAKE = 2
 EXIT_INTERRUPTED = 130
 MOST_DEVICES = 8
+
+COMMANDS = (
+    add_fit,
+    add_pareto,
+    add_bench,
+    add_stability,
+    add_eval,
+    add_compare,
+    add_render,
+    add_info,
+    add_convert,
+)
 
 DESCRIPTION = "Small neural and analytic reflectance, fitted with JAX and evaluated with OpenCL."
 
@@ -54,13 +67,13 @@ def run(arguments: Sequence[str]) -> int:
     try:
         result = options.run(options)
         print_result(json.dumps(result) if options.json else options.tell(result))
+        return options.exit_code(result)
     except JaxbrdfError as error:
         print(f"jaxbrdf: {one_line(str(error))}", file=sys.stderr)
         return EXIT_MISTAKE
     except KeyboardInterrupt:
         print("jaxbrdf: interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
-    return 0
 
 
 def one_line(text: str) -> str:
@@ -100,7 +113,17 @@ def parser() -> argparse.ArgumentParser:
     top = Parser(prog="jaxbrdf", description=DESCRIPTION)
     top.add_argument("--version", action="version", version=version("jaxbrdf"))
     commands = top.add_subparsers(required=True, metavar="COMMAND")
-    for add in (add_fit, add_pareto, add_bench, add_eval, add_compare, add_render, add_info, add_convert):
+    for add in (
+        add_fit,
+        add_pareto,
+        add_bench,
+        add_eval,
+        add_compare,
+        add_render,
+        add_info,
+        add_convert,
+        add_stability,
+    ):
         add(commands)
     return top
 

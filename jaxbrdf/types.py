@@ -52,11 +52,14 @@ class Brdf(NamedTuple):
         sample: `(params, query, u) -> Sample`; reads `query.wo`, `u` is uniform in [0, 1), `(..., 3)`:
             u[0] chooses a lobe, u[1] and u[2] a direction.
         pdf: `(params, query) -> density of wi given wo`, `(...)`.
+        albedo: `(params, query) -> integral of f cos(wi) over wi`, `(..., 3)`, reads `query.wo`; where a closed or
+            tabulated form exists.
     """
 
     eval: Callable[[Params, Query], jax.Array]
     sample: Callable[[Params, Query, jax.Array], Sample] | None = None
     pdf: Callable[[Params, Query], jax.Array] | None = None
+    albedo: Callable[[Params, Query], jax.Array] | None = None
 
 
 class Material(NamedTuple):

@@ -1,27 +1,30 @@
 """A sum of lobes, sampled by choosing one of them.
 
-Parameters: lobes, one record for each lobe; selection, `(n,)`, positive, the chance of each lobe up to a common factor.
+Parameters: lobes, one record for each lobe; selection, `(n,)`, the chance of each lobe up to a common factor.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from functools import reduce
+from typing import Annotated, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
-from jaxbrdf.brdf.sampler import Sampler, sampler_of
+from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.core.directions import cos_theta
-from jaxbrdf.core.numerics import match_rank, safe_divide
+from jaxbrdf.core.numerics import safe_divide
+from jaxbrdf.core.ranges import Range
+from jaxbrdf.sampling.mixture import blend, choose
 from jaxbrdf.types import Brdf, Params, Query, Sample
 
 
 class CompositeParams(NamedTuple):
-    """The lobes' own parameters, and the chance `(n,)` with which each is chosen."""
+    """The lobes' own parameters, and the chance `(n,)` or `(..., n)` of each, at least one of them positive."""
 
     lobes: tuple[Params, ...]
-    selection: jax.Array
+    selection: Annotated[jax.Array, Range(0.0, np.inf)]
 
 
 def composite(*lobes: Brdf) -> Brdf:
@@ -35,32 +38,21 @@ def composite(*lobes: Brdf) -> Brdf:
     samplers = [sampler_of(lobe) for lobe in lobes]
 
     def evaluate(params: CompositeParams, query: Query) -> jax.Array:
-        return jnp.sum(
-            jnp.stack([lobe.eval(own, query) for lobe, own in zip(lobes, params.lobes, strict=True)]), axis=0
-        )
+        return reduce(jnp.add, (lobe.eval(own, query) for lobe, own in zip(lobes, params.lobes, strict=True)))
 
     def pdf(params: CompositeParams, query: Query) -> jax.Array:
         densities = [sampler.pdf(own, query) for sampler, own in zip(samplers, params.lobes, strict=True)]
-        chance = params.selection / jnp.sum(params.selection)
-        return jnp.sum(jnp.stack(densities, axis=-1) * match_rank(chance, query.wi.ndim), axis=-1)
+        return blend(params.selection, densities)
 
     def sample(params: CompositeParams, query: Query, u: jax.Array) -> Sample:
-        wi = _choose_and_sample(samplers, params, query, u)
+        draws = [
+            lambda v, sampler=sampler, own=own: sampler.sample(own, query, v).wi
+            for sampler, own in zip(samplers, params.lobes, strict=True)
+        ]
+        wi = choose(params.selection, draws, u)
         drawn = query._replace(wi=wi)
         density = pdf(params, drawn)
         gain = safe_divide(jnp.maximum(cos_theta(wi), 0.0), density)
         return Sample(wi, density, evaluate(params, drawn) * gain[..., None])
 
     return Brdf(evaluate, sample, pdf)
-
-
-def _choose_and_sample(samplers: Sequence[Sampler], params: CompositeParams, query: Query, u: jax.Array) -> jax.Array:
-    """Directions from the lobe that u[0] falls into; what u[0] has left is stretched and handed on."""
-    chance = params.selection / jnp.sum(params.selection)
-    start = jnp.cumsum(chance) - chance
-    wi = jnp.zeros_like(query.wo)
-    for index, (sampler, own) in enumerate(zip(samplers, params.lobes, strict=True)):
-        rest = jnp.clip((u[..., 0] - start[index]) / chance[index], 0.0, 1.0)
-        drawn = sampler.sample(own, query, jnp.concatenate([rest[..., None], u[..., 1:]], axis=-1)).wi
-        wi = jnp.where((u[..., 0] >= start[index])[..., None], drawn, wi)
-    return wi

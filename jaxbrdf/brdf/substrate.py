@@ -8,19 +8,21 @@ share R_in stays) and leaves with 1 - F(cos_o):
 with R_out the diffuse reflectance from outside (Egan and Hilgeman 1979, for the diffuse terms). Reciprocal, and white
 with a specular interface on top when albedo is one.
 
-Parameters: albedo, `(3,)` or `(..., 3)`; eta, `()` or `(...)`, refractive index of the surface, above one.
+Parameters: albedo, `(3,)` or `(..., 3)`; eta, `()` or `(...)`, refractive index of the surface, from one on.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
+from jaxbrdf.brdf.domain import within_ranges
 from jaxbrdf.core.directions import above_horizon, cos_theta
 from jaxbrdf.core.fresnel import dielectric, diffuse_reflectance
 from jaxbrdf.core.numerics import match_rank
+from jaxbrdf.core.ranges import SHARE, Range
 from jaxbrdf.sampling.hemisphere import cosine_density, square_to_cosine
 from jaxbrdf.types import Brdf, Query, Sample
 
@@ -28,8 +30,8 @@ from jaxbrdf.types import Brdf, Query, Sample
 class SubstrateParams(NamedTuple):
     """albedo: of the body, for R, G and B. eta: refractive index of its surface."""
 
-    albedo: jax.Array
-    eta: jax.Array
+    albedo: Annotated[jax.Array, SHARE]
+    eta: Annotated[jax.Array, Range(1.0, 1e3)]
 
 
 def _reflectance(params: SubstrateParams, query: Query) -> jax.Array:
@@ -59,4 +61,4 @@ def _pdf(params: SubstrateParams, query: Query) -> jax.Array:
     return jnp.where(above_horizon(query.wi, query.wo), cosine_density(query.wi), 0.0)
 
 
-SUBSTRATE = Brdf(_eval, _sample, _pdf)
+SUBSTRATE = within_ranges(Brdf(_eval, _sample, _pdf))

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
-from jaxbrdf.brdf.sampler import Sampler, sampler_of
+from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.checks.partition import Partition, polar
 from jaxbrdf.types import Brdf, Params, Query
 
@@ -59,7 +59,7 @@ def chi_square(
     viewer = jnp.broadcast_to(wo, (samples, 3))
     drawn = np.asarray(jax.jit(sampler.sample)(params, Query(viewer, viewer), u).wi, np.float64)
     observed, lost = _observed(drawn, partition, cells)
-    expected = samples * _expected(sampler, params, wo, partition, cells, points)
+    expected = samples * expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
     return pearson(np.append(observed, lost), np.append(expected, max(samples - expected.sum(), 0.0)))
 
 
@@ -82,13 +82,17 @@ def _observed(w: np.ndarray, partition: Partition, cells: int) -> tuple[np.ndarr
     return np.bincount(index[:, 0] * cells + index[:, 1], minlength=cells * cells), len(w) - len(above)
 
 
-def _expected(
-    sampler: Sampler, params: Params, wo: jax.Array, partition: Partition, cells: int, points: int
+def expected_mass(
+    brdf: Brdf, params: Params, wo: jax.Array, *, partition: Partition, cells: int = 24, points: int = 16
 ) -> np.ndarray:
-    """Integral of the density over each cell, by the midpoint rule."""
+    """Integral of `brdf.pdf` over each cell above the horizon by the midpoint rule, `(cells * cells,)`.
+
+    Raises:
+        ValueError: the BRDF has no sampler.
+    """
     side = (np.arange(cells * points) + 0.5) / (cells * points)
     directions, area = partition.place(np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2))
     wi = jnp.asarray(directions, wo.dtype)
-    density = jax.jit(sampler.pdf)(params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
+    density = jax.jit(sampler_of(brdf).pdf)(params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
     mass = np.where(np.asarray(wi)[:, 2] > 0, np.asarray(density, np.float64), 0.0) * area / len(side) ** 2
     return mass.reshape(cells, points, cells, points).sum((1, 3)).ravel()

@@ -12,9 +12,9 @@ import numpy as np
 import pyopencl as cl
 from scipy.ndimage import zoom
 
-from jaxbrdf.checks.finite import hard_queries
+from jaxbrdf.checks.hard import hard_queries
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.export.manifest import build_model
+from jaxbrdf.export.manifest import build_brdf
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import context_of
@@ -124,7 +124,7 @@ def jax_values(bundle: Bundle, query: Query) -> np.ndarray:
     """What is right: f as jitted JAX gives it in float64 for directions in float32, of the query's shape."""
     wi, wo = (np.asarray(w, np.float64) for w in (query.wi, query.wo))
     with jax.enable_x64(True):
-        evaluate = jax.jit(build_model(bundle.manifest).eval)
+        evaluate = jax.jit(build_brdf(bundle.manifest).eval)
         params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), bundle.params)
         return np.asarray(evaluate(params, Query(jnp.asarray(wi), jnp.asarray(wo))))
 

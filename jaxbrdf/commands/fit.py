@@ -14,7 +14,7 @@ from jaxbrdf.jobs.fit import FitResult, fit
 from jaxbrdf.jobs.fit_config import FitConfig, output_paths
 from jaxbrdf.jobs.judge import METRICS
 from jaxbrdf.jobs.search import candidates_folder, search
-from jaxbrdf.models.table import MODELS
+from jaxbrdf.models.table import NAMES
 from jaxbrdf.report import text
 
 DEFAULT_MODEL, DEFAULT_METRIC = "gated", "smape"
@@ -25,7 +25,7 @@ def add_fit(commands: Any) -> None:
     command = add_command(commands, "fit", "fit a small model to a material", run_fit, text.fit_report)
     command.add_argument("input", metavar="INPUT", help=INPUT_HELP)
     command.add_argument("-o", "--output", required=True, metavar="OUT", help="a folder, or a .safetensors file's name")
-    command.add_argument("--model", help=f"one of {', '.join(MODELS)} (default {DEFAULT_MODEL})")
+    command.add_argument("--model", help=f"one of {', '.join(NAMES)} (default {DEFAULT_MODEL})")
     command.add_argument("--paper-sizes", action="store_true", help="the model exactly as its paper has it")
     add_recipe(command)
     command.add_argument("--resume", action="store_true", help="go on from the checkpoint beside OUT")

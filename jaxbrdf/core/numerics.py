@@ -28,6 +28,31 @@ def safe_divide(a: jax.Array, b: jax.Array) -> jax.Array:
     return jnp.where(usable, a / jnp.where(usable, b, 1.0), 0.0)
 
 
+def difference_of_products(a: jax.Array, b: jax.Array, c: jax.Array, d: jax.Array) -> jax.Array:
+    """a b - c d within two units in the last place of the result, however much the products cancel.
+
+    The rounding errors of both products are added back (Dekker 1971). Entries must stay below the square root of the
+    dtype's largest number over 2^12.
+    """
+    high, other = a * b, c * d
+    return (high - other) + (_product_error(a, b, high) - _product_error(c, d, other))
+
+
+def _product_error(a: jax.Array, b: jax.Array, product: jax.Array) -> jax.Array:
+    """a b - fl(a b), exact, and of gradient zero."""
+    (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
+    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return jax.lax.stop_gradient(error)
+
+
+def _halves(x: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """x as a sum of two numbers of half as many digits, whose products are exact (Veltkamp's splitting)."""
+    digits = jnp.finfo(jnp.asarray(x).dtype).nmant + 1
+    scaled = float(2 ** ((digits + 1) // 2) + 1) * x
+    high = scaled - (scaled - x)
+    return high, x - high
+
+
 def safe_norm(v: jax.Array) -> jax.Array:
     """Euclidean length over the last axis, with gradient zero at the zero vector."""
     return safe_sqrt(sum_of_squares(v))

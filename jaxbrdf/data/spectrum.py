@@ -29,7 +29,7 @@ def to_rgb(wavelengths: np.ndarray, path: str | PathLike[str]) -> np.ndarray:
     """
     if not np.any((wavelengths >= VISIBLE[0]) & (wavelengths <= VISIBLE[-1])):
         raise DataError(path, f"no wavelength lies between {VISIBLE[0]:.0f} and {VISIBLE[-1]:.0f} nm")
-    response = _rec709_response()
+    response = visible_response()
     place = np.interp(VISIBLE, wavelengths, np.arange(len(wavelengths), dtype=np.float64))
     below = np.floor(place).astype(int)
     above = np.minimum(below + 1, len(wavelengths) - 1)
@@ -40,9 +40,11 @@ def to_rgb(wavelengths: np.ndarray, path: str | PathLike[str]) -> np.ndarray:
     return weights / weights.sum(axis=0)
 
 
-def _rec709_response() -> np.ndarray:
-    """Illuminant times colour matching functions, in Rec.709 primaries, at `VISIBLE`, `(421, 3)`."""
+def visible_response() -> np.ndarray:
+    """Weights `(421, 3)` that take reflectances at `VISIBLE` to linear Rec.709; each column sums to one."""
     shape = colour.SpectralShape(VISIBLE[0], VISIBLE[-1], 1.0)
     observer = colour.MSDS_CMFS[OBSERVER].copy().align(shape)
     light = colour.SDS_ILLUMINANTS[ILLUMINANT].copy().align(shape)
-    return (light.values[:, None] * observer.values) @ colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB.T
+    to_rec709 = colour.RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
+    response = (light.values[:, None] * observer.values) @ to_rec709.T
+    return response / response.sum(axis=0)

@@ -19,9 +19,10 @@ from jaxbrdf.core.tree import named_leaves, with_leaves
 from jaxbrdf.data import input as data_input
 from jaxbrdf.data.output import write_atomically
 from jaxbrdf.errors import DataError
-from jaxbrdf.export.manifest import Manifest, build_model, from_json, to_json
+from jaxbrdf.export.manifest import Manifest, build_brdf, from_json, to_json
+from jaxbrdf.models.table import first_params
 from jaxbrdf.texture.angular import close_centre, is_texture
-from jaxbrdf.types import Brdf, Material, Params
+from jaxbrdf.types import Material, Params
 
 METADATA_KEY = "jaxbrdf"
 Precision = Literal["float16", "float32"]
@@ -93,7 +94,7 @@ def material(bundle: Bundle) -> Material:
     """The bundle as a material that JAX evaluates."""
     params = jax.tree.map(jnp.asarray, bundle.params)
     manifest = bundle.manifest
-    return Material(manifest.name, Brdf(build_model(manifest).eval), params, manifest.isotropic)
+    return Material(manifest.name, build_brdf(manifest), params, manifest.isotropic)
 
 
 def _closed(params: Params) -> Params:
@@ -102,7 +103,7 @@ def _closed(params: Params) -> Params:
 
 def _template(manifest: Manifest) -> Params:
     """The shapes of the model's parameters; nothing is allocated."""
-    return jax.eval_shape(lambda: build_model(manifest).init(jax.random.key(0)))
+    return jax.eval_shape(lambda: first_params(jax.random.key(0), manifest.model, manifest.config))
 
 
 def _shapes(arrays: dict[str, Any]) -> dict[str, tuple[int, ...]]:

@@ -7,8 +7,8 @@ import json
 from typing import Any, NamedTuple
 
 from jaxbrdf.export.json_record import from_plain, to_plain
-from jaxbrdf.models.table import MODELS
-from jaxbrdf.types import Model
+from jaxbrdf.models.table import NAMES, brdf_of, config_of
+from jaxbrdf.types import Brdf
 
 SCHEMA = 1
 """Version of the file's layout; a reader refuses newer ones."""
@@ -50,7 +50,7 @@ class Manifest(NamedTuple):
 
     Attributes:
         name: of the material.
-        model: a key of `models.table.MODELS`.
+        model: one of `models.table.NAMES`.
         config: the model's frozen dataclass of sizes.
         provenance: where the parameters come from.
         errors: measured errors by name, as `docs/conventions.md` defines them.
@@ -70,9 +70,9 @@ class Manifest(NamedTuple):
         return getattr(self.config, "textures", self.config).isotropic
 
 
-def build_model(manifest: Manifest) -> Model:
-    """The model that the parameters belong to."""
-    return MODELS[manifest.model].build(manifest.config)
+def build_brdf(manifest: Manifest) -> Brdf:
+    """The reflectance that the parameters belong to."""
+    return brdf_of(manifest.model, manifest.config)
 
 
 def to_json(manifest: Manifest) -> str:
@@ -122,9 +122,9 @@ def _check_schema(schema: Any) -> None:
 
 def _manifest(fields: dict[str, Any]) -> Manifest:
     model = fields.get("model")
-    if not isinstance(model, str) or model not in MODELS:
-        raise ValueError(f"model {model!r:.40} is unknown, not one of {', '.join(MODELS)}")
-    config = from_plain(MODELS[model].config, fields.pop("config", None), "config")
+    if not isinstance(model, str) or model not in NAMES:
+        raise ValueError(f"model {model!r:.40} is unknown, not one of {', '.join(NAMES)}")
+    config = from_plain(config_of(model), fields.pop("config", None), "config")
     _check_sizes(config, "config")
     return from_plain(_Described, fields, "manifest").with_config(config)
 

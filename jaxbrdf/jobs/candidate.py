@@ -9,7 +9,7 @@ from jaxbrdf.errors import JaxbrdfError
 from jaxbrdf.export.bundle import Precision
 from jaxbrdf.models.gated import GatedConfig
 from jaxbrdf.models.half_difference import TextureSizes
-from jaxbrdf.models.table import MODELS
+from jaxbrdf.models.table import ANALYTIC, MODELS, NAMES
 
 D_TEXELS = 40
 """Radii and azimuths of D in our own arrangement of the gated model."""
@@ -23,7 +23,7 @@ class Candidate:
         JaxbrdfError: if there is no such model.
 
     Attributes:
-        model: a key of `models.table.MODELS`.
+        model: one of `models.table.NAMES`.
         hidden: widths of the decoder; None for the model exactly as its paper has it. With widths, the gated model is
             in our own arrangement; the others keep the paper's textures.
         d_texels: radii and azimuths of the gated model's D, in our own arrangement; H grows in proportion.
@@ -40,10 +40,17 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """Unique among candidates, such as `gated 16-16 D80 float16`; float32 is left out."""
+        """Unique among candidates, such as `gated 16-16 D80 float16` or `ggx`; float32 is left out."""
+        if self.is_analytic:
+            return self.model
         sizes = "paper" if self.hidden is None else "-".join(map(str, self.hidden))
         texels = [f"D{self.d_texels}"] if self.d_texels != D_TEXELS else []
         return " ".join([self.model, sizes, *texels, *([self.precision] if self.precision != "float32" else [])])
+
+    @property
+    def is_analytic(self) -> bool:
+        """Whether it is solved for, not trained; it has no sizes and no texels then."""
+        return self.model in ANALYTIC
 
     @property
     def slug(self) -> str:
@@ -57,6 +64,8 @@ class Candidate:
 
     def sizes(self, *, isotropic: bool) -> Any:
         """The model's config for a material, without the azimuth that an isotropic one lacks."""
+        if self.is_analytic:
+            return ANALYTIC[self.model].config(isotropic=isotropic)
         textures = TextureSizes(isotropic=isotropic)
         if self.model == "gated":
             return GatedConfig(textures) if self.hidden is None else self._own_gated(self.hidden, isotropic)
@@ -81,5 +90,5 @@ def check_model(name: str) -> None:
     Raises:
         JaxbrdfError: if not.
     """
-    if name not in MODELS:
-        raise JaxbrdfError(f"no model is called {name!r}; there are {', '.join(MODELS)}")
+    if name not in NAMES:
+        raise JaxbrdfError(f"no model is called {name!r}; there are {', '.join(NAMES)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ from jaxbrdf.errors import FitError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, output_paths, prepare_output
-from jaxbrdf.jobs.fitting import Judged, bundle_of, judged_as_stored, task_of
+from jaxbrdf.jobs.fitting import Judged, bundle_of, judged_as_stored, solved, task_of
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.reference import Reference, open_reference
 from jaxbrdf.jobs.training import train
@@ -42,21 +43,24 @@ def fit(config: FitConfig, reporter: Reporter) -> FitResult:
     reference = open_reference(config.source)
     paths = output_paths(config.output)
     prepare_output(paths)
-    task = task_of(candidate, reference, recipe, paths.checkpoint)
-    trained = train(task, config.budget_seconds, config.resume, reporter)
+    if candidate.is_analytic:
+        trained = solved(candidate, reference, recipe, reporter)
+    else:
+        task = task_of(candidate, reference, recipe, paths.checkpoint)
+        trained = train(task, config.budget_seconds, config.resume, reporter)
     reporter.say("judging")
     bundle = bundle_of(candidate, reference, recipe, trained)
     try:
         judged = judged_as_stored(bundle, config.precision, judge.draw(reference.material))
     except FitError as error:
         raise FitError(f"{paths.bundle}: {error}; the checkpoint is kept in {paths.checkpoint}") from None
-    result = write_fit(config, reference, judged, paths)
+    result = write_fit(config, reference, judged, paths, more=trained.findings)
     paths.checkpoint.unlink(missing_ok=True)
     return result
 
 
 def write_fit(
-    config: FitConfig, reference: Reference, judged: Judged, paths: FitPaths, *, more: dict[str, Any] | None = None
+    config: FitConfig, reference: Reference, judged: Judged, paths: FitPaths, *, more: Mapping[str, Any] | None = None
 ) -> FitResult:
     """Writes a fit's bundle, report and picture, and what an evaluation costs into the first two.
 
@@ -79,7 +83,7 @@ def write_fit(
         "opencl_device": judge.opencl_device(),
         "source": judge.describe_truth(reference.source),
     }
-    report |= more or {}
+    report |= dict(more or {})
     bundle = judged.bundle._replace(manifest=manifest._replace(cost=cost))
     bundles.save(paths.bundle, bundle, precision=config.precision)
     write_atomically(paths.report, json.dumps(report, indent=1).encode())

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import jax
+import numpy as np
 
 from jaxbrdf.checks.parity import random_params
 from jaxbrdf.errors import FitError
@@ -16,10 +17,12 @@ from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.export.manifest import Manifest, Provenance
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.candidate import Candidate
+from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.recipe import Recipe, preset_of
 from jaxbrdf.jobs.reference import Reference
+from jaxbrdf.jobs.solving import Problem, solve_for
 from jaxbrdf.jobs.training import Task, Trained
-from jaxbrdf.models.table import MODELS
+from jaxbrdf.models.table import MODELS, first_params
 
 
 class Judged(NamedTuple):
@@ -27,6 +30,17 @@ class Judged(NamedTuple):
 
     bundle: Bundle
     pictures: judge.Pictures
+
+
+def solved(candidate: Candidate, reference: Reference, recipe: Recipe, reporter: Reporter) -> Trained:
+    """An analytic candidate's parameters by least squares, for which the recipe's seed alone counts.
+
+    Raises:
+        JaxbrdfError: if the recipe cannot be used, or the fit fails.
+    """
+    preset_of(recipe)
+    config = candidate.sizes(isotropic=reference.material.isotropic)
+    return solve_for(Problem(candidate.model, config, reference.evaluate, recipe.seed), reporter)
 
 
 def task_of(candidate: Candidate, reference: Reference, recipe: Recipe, checkpoint: Path) -> Task:
@@ -55,7 +69,7 @@ def bundle_of(candidate: Candidate, reference: Reference, recipe: Recipe, traine
         sha256=source.sha256,
         version=version("jaxbrdf"),
         seed=recipe.seed,
-        preset=recipe.preset,
+        preset="least-squares" if candidate.is_analytic else recipe.preset,
         steps=trained.steps,
     )
     sizes = candidate.sizes(isotropic=source.material.isotropic)
@@ -68,7 +82,10 @@ def unfitted(candidate: Candidate, *, isotropic: bool) -> Bundle:
     where the range of a fit's numbers makes clamps superfluous."""
     sizes = candidate.sizes(isotropic=isotropic)
     nowhere = Provenance("", "", version("jaxbrdf"), 0, "", 0)
-    params = random_params(0, MODELS[candidate.model].build(sizes))
+    if candidate.is_analytic:
+        params = jax.tree.map(np.asarray, first_params(jax.random.key(0), candidate.model, sizes))
+    else:
+        params = random_params(0, MODELS[candidate.model].build(sizes))
     bundle = Bundle(Manifest(candidate.name, candidate.model, sizes, nowhere, errors={}, cost={}), params)
     return bundles.from_bytes(bundles.to_bytes(bundle, precision=candidate.precision), candidate.name)
 

@@ -35,15 +35,19 @@ def _with_halves(candidates: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
     return tuple(replace(one, precision=precision) for one in candidates for precision in precisions[one])
 
 
+ANALYTIC = (Candidate("ggx"), Candidate("ggx2"))
+"""The cheap end of every comparison."""
+
 GRIDS = {
     "small": (
+        *ANALYTIC,
         Candidate("naive-mlp"),
         Candidate("nbrdf"),
         Candidate("tripleplane"),
         Candidate("gated"),
         *_with_halves((Candidate("gated", (16, 16)),)),
     ),
-    "full": _with_halves(CAPABILITY),
+    "full": (*ANALYTIC, *_with_halves(CAPABILITY)),
 }
 
 

@@ -57,6 +57,12 @@ def is_bundle(path: Path) -> bool:
     return path.suffix == BUNDLE_SUFFIX or os.path.isfile(path / BUNDLE_NAME)
 
 
+def is_bundle_content(name: str) -> bool:
+    """Whether there is a file where the name says that a bundle is."""
+    path = Path(name)
+    return is_bundle(path) and os.path.isfile(bundle_path(path))
+
+
 def bundle_path(path: Path) -> Path:
     """The bundle's file, given itself or the folder that a fit wrote."""
     return path / BUNDLE_NAME if os.path.isdir(path) else path

@@ -16,7 +16,7 @@ from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.json_record import to_plain
 from jaxbrdf.fit import checkpoint
 from jaxbrdf.jobs.candidate import Candidate
-from jaxbrdf.jobs.fitting import bundle_of, judged_as_stored, task_of
+from jaxbrdf.jobs.fitting import bundle_of, judged_as_stored, solved, task_of
 from jaxbrdf.jobs.judge import Draws
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.recipe import Recipe
@@ -84,17 +84,21 @@ def _trained(store: Store, candidate: Candidate, reporter: Reporter) -> Bundle:
         return kept
     for stale in (candidate, replace(candidate, precision="float16")):
         store.file(stale).unlink(missing_ok=True)
-    task = task_of(candidate, store.reference, store.recipe, store.file(candidate, suffix=".checkpoint"))
-    task = replace(task, record={**task.record, "budget_seconds": store.recipe.budget_seconds})
     reporter.say(f"fitting {candidate.name}")
-    trained = train(task, store.recipe.budget_seconds, _goes_on(task), reporter)
+    running = store.file(candidate, suffix=".checkpoint")
+    if candidate.is_analytic:
+        trained = solved(candidate, store.reference, store.recipe, reporter)
+    else:
+        task = task_of(candidate, store.reference, store.recipe, running)
+        task = replace(task, record={**task.record, "budget_seconds": store.recipe.budget_seconds})
+        trained = train(task, store.recipe.budget_seconds, _goes_on(task), reporter)
     bundle = bundle_of(candidate, store.reference, store.recipe, trained)
     try:
         bundles.save(store.file(candidate), bundle)
     except ValueError as error:
         raise FitError(f"{candidate.name}: {error}") from None
     write_atomically(store.file(candidate, suffix=".json"), json.dumps(_record(store, candidate), indent=1).encode())
-    task.checkpoint.unlink(missing_ok=True)
+    running.unlink(missing_ok=True)
     return bundles.load(store.file(candidate))
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import jax
@@ -66,11 +67,13 @@ class Trained(NamedTuple):
         params: the averaged parameters.
         steps: taken in all.
         cost: `fit_seconds` (drawing and training), `draw_seconds` of them, `compile_seconds`, `queries_per_second`.
+        findings: what else a report should have.
     """
 
     params: Params
     steps: int
     cost: dict[str, float]
+    findings: Mapping[str, Any] = MappingProxyType({})
 
 
 class _Prepared(NamedTuple):

@@ -1,32 +1,86 @@
-"""The learned models by name: what the command line, bundles and benchmarks choose from."""
+"""The models by name: what the command line, bundles and benchmarks choose from."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import jax
+
 from jaxbrdf.models.gated import GatedConfig, gated
+from jaxbrdf.models.ggx import GgxConfig, TwoGgxConfig, ggx_lobes, start_ggx
 from jaxbrdf.models.naive_mlp import NaiveMlpConfig, naive_mlp
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
 from jaxbrdf.models.tripleplane import TripleplaneConfig, tripleplane
-from jaxbrdf.types import Model
+from jaxbrdf.types import Brdf, Model, Params
 
 
 class ModelEntry(NamedTuple):
-    """One row of the table.
+    """One row of the learned models.
 
     Attributes:
         config: the frozen dataclass of the model's sizes; called without arguments it gives the paper's.
         build: `config -> Model`.
+        is_reciprocal: by construction, whatever the parameters.
     """
 
     config: Callable[..., Any]
     build: Callable[[Any], Model]
+    is_reciprocal: bool
+
+
+class AnalyticEntry(NamedTuple):
+    """One row of the analytic models, which are solved for by least squares.
+
+    Attributes:
+        config: the frozen dataclass of what the model has.
+        build: `config -> Brdf`.
+        start: `(key, config) -> params`, random over their ranges.
+        kernel: the name of its file in kernels_cl/models.
+    """
+
+    config: Callable[..., Any]
+    build: Callable[[Any], Brdf]
+    start: Callable[..., Params]
+    kernel: str
 
 
 MODELS: dict[str, ModelEntry] = {
-    "gated": ModelEntry(GatedConfig, gated),
-    "tripleplane": ModelEntry(TripleplaneConfig, tripleplane),
-    "nbrdf": ModelEntry(NbrdfConfig, nbrdf),
-    "naive-mlp": ModelEntry(NaiveMlpConfig, naive_mlp),
+    "gated": ModelEntry(GatedConfig, gated, is_reciprocal=True),
+    "tripleplane": ModelEntry(TripleplaneConfig, tripleplane, is_reciprocal=True),
+    "nbrdf": ModelEntry(NbrdfConfig, nbrdf, is_reciprocal=False),
+    "naive-mlp": ModelEntry(NaiveMlpConfig, naive_mlp, is_reciprocal=False),
 }
+
+ANALYTIC: dict[str, AnalyticEntry] = {
+    "ggx": AnalyticEntry(GgxConfig, ggx_lobes, start_ggx, "ggx"),
+    "ggx2": AnalyticEntry(TwoGgxConfig, ggx_lobes, start_ggx, "ggx"),
+}
+
+NAMES = (*MODELS, *ANALYTIC)
+"""Of all that can be fitted."""
+
+
+def config_of(name: str) -> Callable[..., Any]:
+    """The frozen dataclass that says what the model of this name has."""
+    return MODELS[name].config if name in MODELS else ANALYTIC[name].config
+
+
+def brdf_of(name: str, config: Any) -> Brdf:
+    """The model's reflectance; an analytic one can be sampled."""
+    return Brdf(MODELS[name].build(config).eval) if name in MODELS else ANALYTIC[name].build(config)
+
+
+def is_reciprocal(name: str) -> bool:
+    """Whether the model of this name gives f(wi, wo) = f(wo, wi) by construction; analytic ones do."""
+    return name in ANALYTIC or MODELS[name].is_reciprocal
+
+
+def kernel_of(name: str) -> str:
+    """The file in kernels_cl/models that evaluates the model of this name."""
+    return ANALYTIC[name].kernel if name in ANALYTIC else name.replace("-", "_")
+
+
+def first_params(key: jax.Array, name: str, config: Any) -> Params:
+    """Random parameters, as a fit may start from."""
+    return MODELS[name].build(config).init(key) if name in MODELS else ANALYTIC[name].start(key, config)

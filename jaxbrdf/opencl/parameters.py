@@ -10,7 +10,9 @@ from scipy.special import expit
 
 from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.models.mlp import Mlp
+from jaxbrdf.models.table import ANALYTIC
 from jaxbrdf.models.warp import RadialWarp, shares_and_exponents
+from jaxbrdf.opencl import analytic
 from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.opencl.source import check_effects
 from jaxbrdf.texture.angular import close_centre, is_texture
@@ -69,9 +71,11 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
         ValueError: of a part that kernels do not know, of textures that are too large for them, or of texels beyond the
             precision's range.
     """
+    macros: dict[str, str] = {"JB_ISOTROPIC": ""} if bundle.manifest.isotropic else {}
+    if bundle.manifest.model in ANALYTIC:
+        return _of_analytic(bundle, macros)
     fields = _fields(bundle)
     check_effects(bundle.manifest.model, [name for name, value in fields.items() if value is not None])
-    macros: dict[str, str] = {"JB_ISOTROPIC": ""} if bundle.manifest.isotropic else {}
     weights, texels = _Writer(), _Writer()
     for name, value in fields.items():
         place = f"JB_{name.upper()}"
@@ -93,6 +97,13 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
     padding = np.zeros(beginning - values.size, np.float32)
     stored = _narrowed(texels.values(), precision)
     return Parameters(macros | {"JB_TEXELS": str(beginning)}, np.concatenate([values, padding, stored]))
+
+
+def _of_analytic(bundle: Bundle, macros: dict[str, str]) -> Parameters:
+    own, weights = analytic.constants(bundle), _Writer()
+    for place, array in own.arrays.items():
+        macros |= weights.write(place, {}, array)
+    return Parameters(macros | own.macros | {"JB_WEIGHT_COUNT": str(weights.size)}, weights.values())
 
 
 class _Writer:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from importlib.resources import files
 
 from jaxbrdf.export.bundle import Precision
+from jaxbrdf.models.table import kernel_of
 from jaxbrdf.opencl.shape import Shape
 
 INCLUDE = re.compile(r'#include "(\w+\.cl)"')
@@ -77,7 +78,7 @@ def check_effects(model: str, effects: Iterable[str]) -> None:
 
 
 def _model_file(model: str) -> str:
-    name = f"{model.replace('-', '_')}.cl"
+    name = f"{kernel_of(model)}.cl"
     if not files("kernels_cl").joinpath("models", name).is_file():
         raise ValueError(f"there is no kernel of model {model!r}")
     return f"models/{name}"

@@ -90,6 +90,16 @@ def bench(result: dict[str, Any]) -> str:
     )
 
 
+def stability(result: dict[str, Any]) -> str:
+    """A line for each check, and last how many passed and failed; what is not promised is measured alone."""
+    words = {True: "passed", False: "FAILED", None: "measured"}
+    lines = [f"material  {result['name']}"]
+    for row in result["checks"]:
+        bound = "" if row["bound"] is None else f"of {row['bound']:.3g}"
+        lines.append(f"{row['check']:12s} {words[row['passed']]:9s} {row['value']:10.3g} {bound:12s} {row['note']}")
+    return "\n".join([*lines, f"checks: {result['passed']} passed, {result['failed']} failed"])
+
+
 def pareto(result: dict[str, Any]) -> str:
     """A table for each input, the cheapest candidate first, and where the files are; a star is on the front."""
     lines = []

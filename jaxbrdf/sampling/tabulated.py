@@ -10,11 +10,11 @@ import numpy as np
 
 
 class Tabulated(NamedTuple):
-    """Distribution functions of H rows and, within each, of W columns.
+    """Distribution functions of H rows and, within each, of W columns; of one density or a stack of them.
 
     Attributes:
-        rows: `(H + 1,)`, rising from 0 to 1.
-        columns: `(H, W + 1)`, each row rising from 0 to 1.
+        rows: `(..., H + 1)`, rising from 0 to 1.
+        columns: `(..., H, W + 1)`, each row rising from 0 to 1.
     """
 
     rows: jax.Array
@@ -29,7 +29,7 @@ class Draw(NamedTuple):
 
 
 def tabulate(weights: np.ndarray) -> Tabulated:
-    """The density proportional to `weights`, `(H, W)`, non-negative and not all zero.
+    """The density proportional to `weights`, `(..., H, W)`, non-negative, none of the stack all zero.
 
     Sums are taken in float64. The density is later read from the rounded sums themselves, so that it is exactly what
     the sampler does.
@@ -37,52 +37,71 @@ def tabulate(weights: np.ndarray) -> Tabulated:
     Raises:
         ValueError: weights of the wrong rank, negative, not finite, or all zero.
     """
-    weights = np.asarray(weights, np.float64)
-    if weights.ndim != 2 or weights.size == 0:
-        raise ValueError(f"weights has shape {weights.shape}; it must be (H, W)")
+    weights = np.asarray(weights)
+    if weights.ndim < 2 or weights.size == 0:
+        raise ValueError(f"weights has shape {weights.shape}; it must be (..., H, W)")
     if not np.all(np.isfinite(weights)) or np.any(weights < 0):
         raise ValueError("weights has negative or non-finite entries; they must be finite and at least zero")
-    if not weights.any():
+    if not weights.any((-2, -1)).all():
         raise ValueError("weights is zero everywhere; at least one entry must be positive")
-    columns = np.apply_along_axis(_distribution, 1, weights)
-    return Tabulated(jnp.asarray(_distribution(weights.sum(1)), jnp.float32), jnp.asarray(columns, jnp.float32))
+    rows = _distribution(weights.sum(-1, dtype=np.float64))
+    return Tabulated(jnp.asarray(rows, jnp.float32), jnp.asarray(_distribution(weights), jnp.float32))
 
 
 def _distribution(weights: np.ndarray) -> np.ndarray:
-    """Normalised running sum with a leading zero; uniform where there is nothing to normalise."""
-    total = np.concatenate([[0.0], np.cumsum(weights)])
-    return total / total[-1] if total[-1] > 0 else np.linspace(0.0, 1.0, len(total))
+    """Normalised running sum over the last axis with a leading zero; uniform where there is nothing to normalise."""
+    total = np.cumsum(weights, axis=-1, dtype=np.float64)
+    total = np.concatenate([np.zeros_like(total[..., :1]), total], axis=-1)
+    last = total[..., -1:]
+    return np.where(last > 0, total / np.where(last > 0, last, 1.0), np.linspace(0.0, 1.0, total.shape[-1]))
 
 
-def sample_tabulated(table: Tabulated, u: jax.Array) -> Draw:
-    """A point drawn from the density by inversion: u[1] picks the row, u[0] the column, `(..., 2)`."""
-    height, width = table.columns.shape[0], table.columns.shape[1] - 1
-    row = _find(lambda i: table.rows[i], height, u[..., 1])
-    column = _find(lambda i: table.columns[row, i], width, u[..., 0])
-    v, row_mass = _place(table.rows[row], table.rows[row + 1], u[..., 1])
-    x, column_mass = _place(table.columns[row, column], table.columns[row, column + 1], u[..., 0])
+def sample_tabulated(table: Tabulated, u: jax.Array, *, at: tuple[jax.Array, ...] = ()) -> Draw:
+    """A point drawn from the density by inversion: u[1] picks the row, u[0] the column, `(..., 2)`.
+
+    Args:
+        table: one density, or a stack.
+        u: uniform in [0, 1).
+        at: indices `(...)` into the stack, one for each of its axes.
+    """
+    height, width = _size(table)
+    row = _find(lambda i: table.rows[(*at, i)], height, u[..., 1])
+    column = _find(lambda i: table.columns[(*at, row, i)], width, u[..., 0])
+    v, row_mass = _place(table.rows[(*at, row)], table.rows[(*at, row + 1)], u[..., 1])
+    start, end = table.columns[(*at, row, column)], table.columns[(*at, row, column + 1)]
+    x, column_mass = _place(start, end, u[..., 0])
     point = jnp.stack([(column + x) / width, (row + v) / height], axis=-1)
     return Draw(point, row_mass * column_mass * (height * width))
 
 
-def tabulated_density(table: Tabulated, point: jax.Array) -> jax.Array:
-    """Density at a point `(..., 2)` of the unit square."""
-    height, width = table.columns.shape[0], table.columns.shape[1] - 1
-    row = jnp.clip((point[..., 1] * height).astype(jnp.int32), 0, height - 1)
-    column = jnp.clip((point[..., 0] * width).astype(jnp.int32), 0, width - 1)
-    row_mass = table.rows[row + 1] - table.rows[row]
-    return row_mass * (table.columns[row, column + 1] - table.columns[row, column]) * (height * width)
+def tabulated_density(table: Tabulated, point: jax.Array, *, at: tuple[jax.Array, ...] = ()) -> jax.Array:
+    """Density at a point `(..., 2)` of the unit square, of the stack's `at`, as for `sample_tabulated`."""
+    height, width = _size(table)
+    row, column = _cell(table, point)
+    row_mass = table.rows[(*at, row + 1)] - table.rows[(*at, row)]
+    column_mass = table.columns[(*at, row, column + 1)] - table.columns[(*at, row, column)]
+    return row_mass * column_mass * (height * width)
 
 
-def tabulated_to_square(table: Tabulated, point: jax.Array) -> jax.Array:
+def tabulated_to_square(table: Tabulated, point: jax.Array, *, at: tuple[jax.Array, ...] = ()) -> jax.Array:
     """The u that `sample_tabulated` turns into `point`, where its cell has mass."""
-    height, width = table.columns.shape[0], table.columns.shape[1] - 1
-    row = jnp.clip((point[..., 1] * height).astype(jnp.int32), 0, height - 1)
-    column = jnp.clip((point[..., 0] * width).astype(jnp.int32), 0, width - 1)
-    start, end = table.columns[row, column], table.columns[row, column + 1]
+    height, width = _size(table)
+    row, column = _cell(table, point)
+    start, end = table.columns[(*at, row, column)], table.columns[(*at, row, column + 1)]
     u = start + (point[..., 0] * width - column) * (end - start)
-    v = table.rows[row] + (point[..., 1] * height - row) * (table.rows[row + 1] - table.rows[row])
-    return jnp.stack([u, v], axis=-1)
+    start, end = table.rows[(*at, row)], table.rows[(*at, row + 1)]
+    return jnp.stack([u, start + (point[..., 1] * height - row) * (end - start)], axis=-1)
+
+
+def _size(table: Tabulated) -> tuple[int, int]:
+    return table.columns.shape[-2], table.columns.shape[-1] - 1
+
+
+def _cell(table: Tabulated, point: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Row and column of the cell that a point `(..., 2)` falls in."""
+    height, width = _size(table)
+    row = jnp.clip((point[..., 1] * height).astype(jnp.int32), 0, height - 1)
+    return row, jnp.clip((point[..., 0] * width).astype(jnp.int32), 0, width - 1)
 
 
 def _find(lower, count: int, u: jax.Array) -> jax.Array:

@@ -63,7 +63,7 @@ def close_centre(texture: jax.Array) -> jax.Array:
 def fetch(texture: jax.Array, at: Polar) -> jax.Array:
     """Bilinear lookup, `(channels, batch)`, at coordinates of shape `(batch,)`.
 
-    Differentiable in the texture and the radius; the azimuth, which no parameter moves, has gradient zero.
+    Differentiable in the texture and both coordinates; what a caller does not differentiate is not compiled.
     """
     return _fetch(texture, at.r, at.turn)
 
@@ -76,15 +76,19 @@ def _fetch(texture: jax.Array, r: jax.Array, turn: jax.Array | None) -> jax.Arra
 def _fetch_forward(texture: jax.Array, r: jax.Array, turn: jax.Array | None):
     cell = _cell(texture.shape, r, turn)
     near, far = _edges(texture, cell)
-    slope = far - near
-    return near + slope * cell.along_r[None], (texture.shape, cell, slope)
+    slope = far.value - near.value
+    across = (
+        None if near.slope is None or far.slope is None else near.slope + (far.slope - near.slope) * cell.along_r[None]
+    )
+    return near.value + slope * cell.along_r[None], (texture.shape, cell, slope, across)
 
 
-def _fetch_backward(saved: tuple[tuple[int, int, int], Cell, jax.Array], g: jax.Array):
+def _fetch_backward(saved: tuple[tuple[int, int, int], Cell, jax.Array, jax.Array | None], g: jax.Array):
     """The transpose of the lookup, written out: derived automatically it scatters the corners one channel at a time."""
-    shape, cell, slope = saved
+    shape, cell, slope, across = saved
     r = jnp.sum(g * slope, axis=0) * (shape[1] - 1)
-    return _scatter(shape, cell, g), r, None if cell.along_phi is None else jnp.zeros_like(cell.along_phi)
+    turn = None if across is None else jnp.sum(g * across, axis=0) * shape[2]
+    return _scatter(shape, cell, g), r, turn
 
 
 def _cell(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
@@ -104,8 +108,15 @@ def _corner_offsets(n_phi: int, has_azimuth: bool) -> tuple[int, ...]:
     return (0, 1, n_phi + 1, n_phi + 2) if has_azimuth else (0, n_phi + 1)
 
 
-def _edges(texture: jax.Array, cell: Cell) -> tuple[jax.Array, jax.Array]:
-    """Values at the near and the far radius, interpolated over the azimuth, each `(channels, batch)`.
+class Edge(NamedTuple):
+    """Values at one radius, interpolated over the azimuth, and their slope over it, each `(channels, batch)`."""
+
+    value: jax.Array
+    slope: jax.Array | None
+
+
+def _edges(texture: jax.Array, cell: Cell) -> tuple[Edge, Edge]:
+    """The near and the far radius.
 
     The corners of every cell are laid side by side first, so that a lookup is one run of memory: a batch then takes a
     third of the time of gathering each corner of each channel.
@@ -116,11 +127,14 @@ def _edges(texture: jax.Array, cell: Cell) -> tuple[jax.Array, jax.Array]:
     table = jnp.concatenate([jnp.roll(texels, -o, axis=0) for o in offsets], axis=1)
     rows = table.at[cell.index].get(mode="promise_in_bounds")
     corners = jnp.split(rows.T, len(offsets))
-    if cell.along_phi is not None:
-        phi = cell.along_phi[None]
-        corners = [left + (right - left) * phi for left, right in (corners[:2], corners[2:])]
-    near, far = corners
-    return near, far
+    if cell.along_phi is None:
+        return Edge(corners[0], None), Edge(corners[1], None)
+    return _between(*corners[:2], along=cell.along_phi), _between(*corners[2:], along=cell.along_phi)
+
+
+def _between(left: jax.Array, right: jax.Array, *, along: jax.Array) -> Edge:
+    slope = right - left
+    return Edge(left + slope * along[None], slope)
 
 
 def _scatter(shape: tuple[int, ...], cell: Cell, g: jax.Array) -> jax.Array:

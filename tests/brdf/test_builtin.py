@@ -9,8 +9,8 @@ import pytest
 
 from jaxbrdf.brdf.builtin import MATERIALS
 from jaxbrdf.brdf.composite import CompositeParams, composite
-from jaxbrdf.brdf.ggx import GGX, GgxParams
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
+from jaxbrdf.brdf.microfacet import MICROFACET, ggx
 from jaxbrdf.checks.chi_square import chi_square, significance_of_each
 from jaxbrdf.checks.finite import find_faults
 from jaxbrdf.checks.furnace import directional_albedo
@@ -87,16 +87,16 @@ def test_metals_have_their_published_reflectance():
 
 
 def test_a_composite_is_its_lobes_sum_and_mixture():
-    shiny = GgxParams(jnp.array(0.2), jnp.array(0.4), Schlick(jnp.array([0.04, 0.04, 0.04])))
+    shiny = ggx(jnp.array(0.2), jnp.array(0.4), Schlick(jnp.array([0.04, 0.04, 0.04])))
     matt = LambertParams(jnp.array([0.5, 0.2, 0.1]))
-    both, params = composite(LAMBERT, GGX), CompositeParams((matt, shiny), jnp.array([3.0, 1.0]))
+    both, params = composite(LAMBERT, MICROFACET), CompositeParams((matt, shiny), jnp.array([3.0, 1.0]))
     query = draw_queries(5)
-    want_f = LAMBERT.eval(matt, query) + jax.jit(GGX.eval)(shiny, query)
-    want_pdf = 0.75 * LAMBERT.pdf(matt, query) + 0.25 * jax.jit(GGX.pdf)(shiny, query)
+    want_f = LAMBERT.eval(matt, query) + jax.jit(MICROFACET.eval)(shiny, query)
+    want_pdf = 0.75 * LAMBERT.pdf(matt, query) + 0.25 * jax.jit(MICROFACET.pdf)(shiny, query)
     np.testing.assert_allclose(jax.jit(both.eval)(params, query), want_f, rtol=1e-6)
     np.testing.assert_allclose(jax.jit(both.pdf)(params, query), want_pdf, rtol=1e-5)
 
 
 def test_a_composite_refuses_a_lobe_without_sampler():
     with pytest.raises(ValueError, match="no sample"):
-        composite(LAMBERT, Brdf(GGX.eval))
+        composite(LAMBERT, Brdf(MICROFACET.eval))

@@ -8,8 +8,8 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from jaxbrdf.brdf.ggx import GGX, GgxParams
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
+from jaxbrdf.brdf.microfacet import MICROFACET, ggx
 from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
 from jaxbrdf.checks.chi_square import chi_square
 from jaxbrdf.checks.finite import find_faults
@@ -71,8 +71,8 @@ def test_lambert_returns_its_albedo():
 def test_a_white_body_under_a_smooth_surface_loses_nothing(theta: float):
     wo, eta = spherical(jnp.array(theta), jnp.array(0.0)), jnp.array(1.5)
     body = directional_albedo(jax.random.key(4), SUBSTRATE, SubstrateParams(jnp.ones(3), eta), wo)
-    surface = GgxParams(jnp.array(1e-4), jnp.array(1e-4), Dielectric(eta))
-    mirror = directional_albedo(jax.random.key(5), GGX, surface, wo, samples=1000)
+    surface = ggx(jnp.array(1e-4), jnp.array(1e-4), Dielectric(eta))
+    mirror = directional_albedo(jax.random.key(5), MICROFACET, surface, wo, samples=1000)
     np.testing.assert_allclose(body.value + mirror.value, 1.0, atol=2e-3)
 
 

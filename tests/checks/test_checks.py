@@ -9,8 +9,9 @@ import pytest
 
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.checks.chi_square import chi_square, pearson, significance_of_each
-from jaxbrdf.checks.finite import HARD_QUERIES, find_faults
+from jaxbrdf.checks.finite import find_faults
 from jaxbrdf.checks.furnace import directional_albedo
+from jaxbrdf.checks.hard import HARD_QUERIES
 from jaxbrdf.checks.partition import half_vector, polar
 from jaxbrdf.checks.reciprocity import asymmetry
 from jaxbrdf.checks.sampler import sampler_mismatch

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from jaxbrdf.data import exr, hdr, input, merl, png, published_nbrdf, rgl, utia
+from jaxbrdf.data import exr, hdr, input, ior, merl, png, published_nbrdf, rgl, utia
 from jaxbrdf.errors import DataError
 
 NETWORK = "nbrdf/rgl-isotropic_nbrdf.zip/paper_white_rgb.h5"
@@ -23,8 +23,9 @@ READERS: dict[str, Callable] = {
     "exr": exr.read,
     "png": png.read,
     "nbrdf": published_nbrdf.read,
+    "ior": ior.read,
 }
-HEADERS = {"rgl": 600, "merl": 12, "hdr": 100}
+HEADERS = {"rgl": 600, "merl": 12, "hdr": 100, "ior": 900}
 """Bytes at the start where damage does most; elsewhere the whole file."""
 
 
@@ -38,6 +39,8 @@ def intact(kind: str, folder: Path) -> bytes:
             return input.read(folder / "env" / "materialx_irradiance_goegap.hdr")[:20000]
         case "nbrdf":
             return input.read(folder / NETWORK)
+        case "ior":
+            return input.read(folder / "ior" / "main_Au_nk_Johnson.yml")
         case "exr":
             return exr.write(rng.random((9, 12, 3)).astype(np.float32))
         case "png":

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxbrdf.brdf.ggx import GGX, GgxParams
+from jaxbrdf.brdf.microfacet import MICROFACET, ggx
 from jaxbrdf.core.fresnel import Schlick
 from jaxbrdf.metrics.brdf_space import compare_at, errors, estimate_errors, pair_terms, true_pairs
 from jaxbrdf.metrics.estimate import NO_DRAWS, Estimate, add_draws, mean, root
@@ -22,9 +22,9 @@ def flat(value: float):
     return lambda query: jnp.full_like(query.wi, value)
 
 
-def ggx(alpha: float, f0: float):
-    params = GgxParams(jnp.array(alpha), jnp.array(alpha), Schlick(jnp.full(3, f0)))
-    return jax.jit(lambda query: GGX.eval(params, query))
+def glossy(alpha: float, f0: float):
+    params = ggx(jnp.array(alpha), jnp.array(alpha), Schlick(jnp.full(3, f0)))
+    return jax.jit(lambda query: MICROFACET.eval(params, query))
 
 
 def plain(key: jax.Array, count: int) -> tuple[Query, jax.Array]:
@@ -56,21 +56,21 @@ def test_no_difference_is_no_error():
 
 @pytest.mark.parametrize("alpha", [0.3, 0.6])
 def test_importance_sampling_agrees_with_cosine_draws(alpha: float):
-    ours = estimate_errors(KEY, ggx(alpha, 0.5), ggx(1.1 * alpha, 0.45), draw_weighted)
-    theirs = estimate_errors(jax.random.key(1), ggx(alpha, 0.5), ggx(1.1 * alpha, 0.45), plain)
+    ours = estimate_errors(KEY, glossy(alpha, 0.5), glossy(1.1 * alpha, 0.45), draw_weighted)
+    theirs = estimate_errors(jax.random.key(1), glossy(alpha, 0.5), glossy(1.1 * alpha, 0.45), plain)
     for one, other in zip(ours[:4], theirs[:4], strict=True):
         assert abs(one.value - other.value) < 4 * np.hypot(one.standard_error, other.standard_error)
 
 
 def test_a_narrow_highlight_is_measured_where_cosine_draws_miss_it():
-    pair = ggx(0.003, 0.5), ggx(0.0033, 0.5)
+    pair = glossy(0.003, 0.5), glossy(0.0033, 0.5)
     found = estimate_errors(KEY, *pair, draw_weighted)
     assert found.rmse.standard_error < 0.05 * found.rmse.value
     assert found.rmse.value > 2 * estimate_errors(KEY, *pair, plain).rmse.value
 
 
 def test_standard_errors_are_the_spread_of_repeated_estimates():
-    pair = ggx(0.1, 0.5), ggx(0.11, 0.45)
+    pair = glossy(0.1, 0.5), glossy(0.11, 0.45)
     runs = [estimate_errors(jax.random.key(s), *pair, draw_weighted, pairs=2**12, chunk=2**12) for s in range(60)]
     for name in ("mae", "smape", "rmse", "log_rmse"):
         spread = np.std([getattr(r, name).value for r in runs], ddof=1)
@@ -80,13 +80,13 @@ def test_standard_errors_are_the_spread_of_repeated_estimates():
 
 
 def test_the_same_pairs_for_every_prediction_and_for_the_arrays():
-    drawn = list(true_pairs(KEY, ggx(0.3, 0.4), draw_weighted, pairs=2**12, chunk=2**12))
-    many = compare_at(drawn, {"a": ggx(0.2, 0.5), "b": flat(0.1)})
-    assert compare_at(drawn, {"a": ggx(0.2, 0.5)})["a"] == many["a"]
-    alone = estimate_errors(KEY, ggx(0.2, 0.5), ggx(0.3, 0.4), draw_weighted, pairs=2**12, chunk=2**12)
+    drawn = list(true_pairs(KEY, glossy(0.3, 0.4), draw_weighted, pairs=2**12, chunk=2**12))
+    many = compare_at(drawn, {"a": glossy(0.2, 0.5), "b": flat(0.1)})
+    assert compare_at(drawn, {"a": glossy(0.2, 0.5)})["a"] == many["a"]
+    alone = estimate_errors(KEY, glossy(0.2, 0.5), glossy(0.3, 0.4), draw_weighted, pairs=2**12, chunk=2**12)
     assert many["a"] == alone
     query, importance = jax.jit(draw_weighted, static_argnums=1)(jax.random.fold_in(KEY, 0), 2**12)
-    arrays = errors(ggx(0.2, 0.5)(query), ggx(0.3, 0.4)(query), importance, query.wi[:, 2])
+    arrays = errors(glossy(0.2, 0.5)(query), glossy(0.3, 0.4)(query), importance, query.wi[:, 2])
     np.testing.assert_allclose(arrays.rmse, alone.rmse, rtol=1e-6)
 
 

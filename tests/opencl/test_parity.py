@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from jaxbrdf.checks.finite import hard_queries
+from jaxbrdf.checks.hard import hard_queries
 from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_queries, jax_values, opencl_parity, random_params
 from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf

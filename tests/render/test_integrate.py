@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from jaxbrdf.brdf.builtin import MATERIALS
-from jaxbrdf.brdf.ggx import GGX, GgxParams
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
+from jaxbrdf.brdf.microfacet import SEPARABLE_MICROFACET, ggx
 from jaxbrdf.render.camera import FILL, film_points
 from jaxbrdf.render.environment import make_environment
 from jaxbrdf.render.integrate import render_directional, render_environment
@@ -148,9 +148,8 @@ def test_pictures_match_mitsuba(mitsuba_rgb, name: str):
         }
     )
     want = np.array(mi.render(scene, seed=1))
-    # Mitsuba masks and shadows independently, which makes no difference at a roughness of 0.05
-    shiny = GgxParams(jnp.array(0.05), jnp.array(0.05), MATERIALS["gold"]().params.fresnel)
-    material = WHITE if name == "white" else Material("shiny", GGX, shiny, True)
+    shiny = ggx(jnp.array(0.05), jnp.array(0.05), MATERIALS["gold"]().params.fresnel)
+    material = WHITE if name == "white" else Material("shiny", SEPARABLE_MICROFACET, shiny, True)
     got = render_environment(KEY, material, make_environment(image), height=24, width=24, samples=256)
     y, x = (np.mgrid[:24, :24] + 0.5 - 12) * 2 / (FILL * 24)
     inside = np.hypot(x, y) < 0.85

@@ -1,0 +1,348 @@
+"""What a stack of rough interfaces and media over a base reflects, by position-free random walks (Guo et al. 2018).
+
+Layers are wide, so a path is known by its depth and its directions. A walk follows the flux that enters along wo, and
+every vertex in the uppermost layer is connected to wi through the uppermost interface in two ways, weighed by the
+balance heuristic: the light's own refraction at one of its facets is met at the vertex, and the direction that the
+vertex draws is met at the interface. Walks end by Russian roulette alone, so the estimate is unbiased; there is no
+greatest length. The code that runs is that of the layers that are there: no medium, no free flight.
+
+Both ends lie in one medium, so the squares of the indices that radiance carries across an interface cancel
+(`jaxbrdf.brdf.rough_interface`). The base's own indices are relative to the medium above it.
+
+A very smooth uppermost interface over a very smooth base is noisy nowhere, but a deeper interface between two smooth
+ones is: only vertices of the uppermost layer are connected. Values only: the walk's length depends on its parameters,
+and no derivative goes through it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from jaxbrdf.brdf.rough_interface import (
+    ROUGH_INTERFACE,
+    InterfaceParams,
+    index_across,
+    reflect_at,
+    reflection,
+    refract_at,
+    transmission,
+    transmitted_density,
+    turned_up,
+)
+from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.core.directions import above_horizon
+from jaxbrdf.core.medium import Medium, fly, phase, sample_phase, transmittance
+from jaxbrdf.core.numerics import safe_divide
+from jaxbrdf.core.ranges import clamp
+from jaxbrdf.core.smith import correlated_visibility, lift
+from jaxbrdf.sampling.mis import balance_heuristic
+from jaxbrdf.types import Brdf, Params, Query
+
+PATHS_IN_A_ROW = 16
+"""Of one lane; a lane that is done waits for the longest path, and this makes the wait a small part."""
+
+MOST_SURVIVAL = 1.0 - 2.0**-8
+"""Chance to go on of a path that has lost nothing: a path in a white stack ends some time too."""
+
+NUMBERS = 6
+"""Random numbers that one vertex takes: three for the direction, two for the flight, one spare for the roulette."""
+
+
+class StackParams(NamedTuple):
+    """A stack from the top.
+
+    Attributes:
+        interfaces: at least one; each one's eta is the index below it over that above it.
+        media: what lies below each interface, None where nothing does.
+        base: parameters of the base's BRDF.
+    """
+
+    interfaces: tuple[InterfaceParams, ...]
+    media: tuple[Medium | None, ...]
+    base: Params
+
+
+class NoisyValue(NamedTuple):
+    """An estimate of f and its standard error, both `(..., 3)`."""
+
+    value: jax.Array
+    standard_error: jax.Array
+
+
+class PositionFree(NamedTuple):
+    """The estimators of a stack.
+
+    Attributes:
+        estimate: `(key, params, query, *, samples) -> NoisyValue`. The least multiple of the
+            lanes' number is drawn that is not below `samples`.
+        noisy_eval: `(key, params, query) -> f` of one walk for each query, `(..., 3)`, unbiased.
+    """
+
+    estimate: Callable[..., NoisyValue]
+    noisy_eval: Callable[[jax.Array, StackParams, Query], jax.Array]
+
+
+class _Path(NamedTuple):
+    """A walk before its next vertex.
+
+    Attributes:
+        place: 2 j at interface j, the base being the last, 2 j + 1 in the medium below it, -1 where the walk is over.
+        w: from the vertex back to where the walk comes from.
+        flux: `(..., 3)`.
+        density: of the direction that the last vertex drew.
+        depth: in the medium, of the next vertex.
+        value: f so far.
+    """
+
+    place: jax.Array
+    w: jax.Array
+    flux: jax.Array
+    density: jax.Array
+    depth: jax.Array
+    value: jax.Array
+
+
+class _Run(NamedTuple):
+    """A lane's current path and its finished ones: their number, mean and sum of squared distances from it."""
+
+    key: jax.Array
+    path: _Path
+    done: jax.Array
+    mean: jax.Array
+    squares: jax.Array
+
+
+class _Light(NamedTuple):
+    """How wi comes in by one facet.
+
+    Attributes:
+        v: to where it comes from, inside.
+        density: of -v.
+        gain: f_t |cos| over that density, for what goes from inside to wi.
+    """
+
+    v: jax.Array
+    density: jax.Array
+    gain: jax.Array
+
+
+class _Vertex(NamedTuple):
+    """What a vertex does.
+
+    Attributes:
+        value: f of the light that arrives along its v, `(..., 3)`.
+        density: of drawing v.
+        wi: a drawn direction, with its `drawn_density` and `weight`.
+    """
+
+    value: jax.Array
+    density: jax.Array
+    wi: jax.Array
+    drawn_density: jax.Array
+    weight: jax.Array
+
+
+def position_free(base: Brdf) -> PositionFree:
+    """The estimators of stacks over `base`.
+
+    Raises:
+        ValueError: the base has no sampler.
+    """
+    sampler_of(base)
+
+    def estimate(key: jax.Array, params: StackParams, query: Query, *, samples: int) -> NoisyValue:
+        lanes = max(1, samples // PATHS_IN_A_ROW)
+        paths = -(-samples // lanes)
+        runs = _walk(key, base, params, query, lanes, paths)
+        value = jnp.mean(runs.mean, axis=0)
+        spread = jnp.sum(runs.squares, axis=0) + paths * jnp.sum(jnp.square(runs.mean - value[None]), axis=0)
+        count = lanes * paths
+        return NoisyValue(value, jnp.sqrt(spread / (float(count) * max(count - 1, 1))))
+
+    def noisy_eval(key: jax.Array, params: StackParams, query: Query) -> jax.Array:
+        return _walk(key, base, params, query, 1, 1).mean[0]
+
+    return PositionFree(estimate, noisy_eval)
+
+
+def _walk(key: jax.Array, base: Brdf, params: StackParams, query: Query, lanes: int, paths: int) -> _Run:
+    """`paths` walks in each of `lanes` lanes, the results' first axis."""
+    if len(params.interfaces) != len(params.media) or not params.interfaces:
+        raise ValueError(
+            f"params has {len(params.interfaces)} interfaces and {len(params.media)} media; "
+            "a stack needs at least one interface, and a medium or None below each"
+        )
+    params = clamp(params)
+    start = _start(query)
+    count, nothing = jnp.zeros_like(start.place), jnp.zeros_like(start.flux)
+    first = jax.vmap(lambda key: _Run(key, start, count, nothing, nothing))(jax.random.split(key, lanes))
+    step = jax.vmap(partial(_step, base, params, query, paths))
+    return jax.lax.while_loop(lambda runs: jnp.any(runs.done < paths), step, first)
+
+
+def _start(query: Query) -> _Path:
+    wo = query.wo
+    none = jnp.zeros_like(wo[..., 2])
+    place = jnp.zeros(none.shape, jnp.int32)
+    return _Path(place, wo, jnp.ones_like(wo), none, none, jnp.zeros_like(wo))
+
+
+def _step(base: Brdf, params: StackParams, query: Query, paths: int, run: _Run) -> _Run:
+    """Every path past the interfaces, media and base that it meets in their order, and new paths for those that end."""
+    key, own = jax.random.split(run.key)
+    kinds = [kind for kind in range(2 * len(params.media) + 1) if _exists(params, kind)]
+    numbers = jax.random.uniform(own, (len(kinds) + 1, NUMBERS, *run.done.shape), run.path.flux.dtype)
+    light = _refracted_light(params.interfaces[0], query.wi, numbers[-1, 1:3])
+    path = run.path
+    for u, kind in zip(numbers, kinds, strict=False):
+        path = _past(base, params, query, light, kind, path, u)
+    return _kept(query, paths, run._replace(key=key, path=_survivor(path, numbers[-1, 0])))
+
+
+def _exists(params: StackParams, kind: int) -> bool:
+    """Whether the place is there: every interface and the base, and the media that scatter."""
+    medium = params.media[kind // 2] if kind % 2 else None
+    return kind % 2 == 0 or (medium is not None and medium.scattering is not None)
+
+
+def _past(base: Brdf, params: StackParams, query: Query, light: _Light, kind: int, path: _Path, u: jax.Array) -> _Path:
+    """The paths that are at this place after their vertex there and the flight that follows; others unchanged."""
+    here = path.place == kind
+    if kind == 0:
+        value, vertex = _top(params.interfaces[0], query.wi, path, u)
+    else:
+        vertex = _vertex(base, params, query, light, kind, path, u)
+        value = _connected(params, light, kind, path, vertex) if kind <= 2 else jnp.zeros_like(path.value)
+    moved = _flown(params, kind, path, vertex, u[3:5])._replace(value=path.value + value)
+    return jax.tree.map(lambda new, old: jnp.where(_of_rank(here, new), new, old), moved, path)
+
+
+def _top(interface: InterfaceParams, wi: jax.Array, path: _Path, u: jax.Array) -> tuple[jax.Array, _Vertex]:
+    """At the uppermost interface: what leaves towards wi, and the path into the stack, which it never leaves."""
+    w, from_above = path.w, path.w[..., 2] > 0
+    f = reflection(interface, wi, w, visibility=correlated_visibility) + transmission(interface, wi, w)
+    met = transmitted_density(interface, w, wi)
+    share = jnp.where(from_above, 1.0, balance_heuristic(path.density, met))
+    wh = interface.distribution.sample_visible(lift(turned_up(w)), _last(u[1:3]))
+    into, back = refract_at(interface, w, wh), reflect_at(interface, w, wh, visibility=correlated_visibility)
+    drawn = _select(from_above, into, back)
+    weight = jnp.broadcast_to((drawn.share * drawn.passed)[..., None], w.shape)
+    return path.flux * (f * share)[..., None], _Vertex(f, met, drawn.wi, drawn.pdf, weight)
+
+
+def _refracted_light(interface: InterfaceParams, wi: jax.Array, u: jax.Array) -> _Light:
+    """wi through one of the facets that it sees; the gain is f_t |cos| / density of what goes from inside to wi."""
+    wh = interface.distribution.sample_visible(lift(turned_up(wi)), _last(u))
+    into = refract_at(interface, wi, wh)
+    eta = index_across(interface, wi)
+    return _Light(-into.wi, into.pdf, into.share * into.passed / (eta * eta))
+
+
+def _vertex(
+    base: Brdf, params: StackParams, query: Query, light: _Light, kind: int, path: _Path, u: jax.Array
+) -> _Vertex:
+    medium, at = kind % 2 == 1, kind // 2
+    if medium:
+        return _in_medium(params.media[at], light, path, u)
+    if at < len(params.interfaces):
+        return _at_interface(params.interfaces[at], light, path, u)
+    return _at_base(base, params.base, query, light, path, u)
+
+
+def _in_medium(medium: Medium | None, light: _Light, path: _Path, u: jax.Array) -> _Vertex:
+    assert medium is not None
+    wi = sample_phase(medium, path.w, u[1:3])
+    value = phase(medium, light.v, path.w)
+    # per solid angle, where a surface's is per projected one
+    steep = jnp.maximum(light.v[..., 2], jnp.finfo(value.dtype).eps)
+    return _Vertex((value / steep)[..., None], value, wi, phase(medium, wi, path.w), jnp.ones_like(wi))
+
+
+def _at_interface(interface: InterfaceParams, light: _Light, path: _Path, u: jax.Array) -> _Vertex:
+    v, w = light.v, path.w
+    f = reflection(interface, v, w, visibility=correlated_visibility) + transmission(interface, v, w)
+    wh = interface.distribution.sample_visible(lift(turned_up(w)), _last(u[1:3]))
+    back, through = reflect_at(interface, w, wh, visibility=correlated_visibility), refract_at(interface, w, wh)
+    drawn = _select(u[0] < back.share, back, through)
+    assert ROUGH_INTERFACE.pdf is not None
+    density = ROUGH_INTERFACE.pdf(interface, Query(v, w))
+    weight = jnp.broadcast_to(drawn.passed[..., None], w.shape)
+    return _Vertex(f[..., None], density, drawn.wi, drawn.share * drawn.pdf, weight)
+
+
+def _at_base(base: Brdf, params: Params, query: Query, light: _Light, path: _Path, u: jax.Array) -> _Vertex:
+    sampler = sampler_of(base)
+    met = query._replace(wi=light.v, wo=path.w)
+    drawn = sampler.sample(params, met, _last(u[:3]))
+    return _Vertex(base.eval(params, met), sampler.pdf(params, met), drawn.wi, drawn.pdf, drawn.weight)
+
+
+def _connected(params: StackParams, light: _Light, kind: int, path: _Path, vertex: _Vertex) -> jax.Array:
+    """What a vertex of the uppermost layer sends to wi by way of the light's own refraction."""
+    depth = path.depth if kind == 1 else jnp.ones_like(path.depth)
+    share = balance_heuristic(light.density, vertex.density) * light.gain
+    crossed = transmittance(params.media[0], depth, light.v)
+    return jnp.where(light.v[..., 2:] > 0, path.flux * vertex.value * crossed * share[..., None], 0.0)
+
+
+def _flown(params: StackParams, kind: int, path: _Path, vertex: _Vertex, u: jax.Array) -> _Path:
+    """The path at its next place, from the vertex along the direction that it drew."""
+    flux, at, down = path.flux * vertex.weight, kind // 2, vertex.wi[..., 2] < 0
+    path = path._replace(w=-vertex.wi, flux=flux, density=vertex.drawn_density)
+    if kind % 2:
+        return _through(params.media[at], at, path, path.depth, u)
+    above = None if kind == 0 else _through(params.media[at - 1], at - 1, path, jnp.ones_like(path.depth), u)
+    if kind == 2 * len(params.media):
+        return _select(down, path._replace(place=jnp.full_like(path.place, -1)), above)
+    below = _through(params.media[at], at, path, jnp.zeros_like(path.depth), u)
+    return _select(down, below, path._replace(place=jnp.full_like(path.place, -1)) if above is None else above)
+
+
+def _through(medium: Medium | None, at: int, path: _Path, depth: jax.Array, u: jax.Array) -> _Path:
+    """A path that leaves this depth of the medium below interface `at`, at the next scattering or at the boundary."""
+    w = -path.w
+    boundary = jnp.where(w[..., 2] > 0, 2 * at, 2 * at + 2).astype(path.place.dtype)
+    if medium is None or medium.scattering is None:
+        return path._replace(place=boundary, flux=path.flux * transmittance(medium, jnp.ones_like(depth), w))
+    flight = fly(medium, depth, w, u)
+    place = jnp.where(flight.scattered, 2 * at + 1, boundary)
+    return path._replace(place=place, flux=path.flux * flight.kept, depth=flight.depth)
+
+
+def _survivor(path: _Path, u: jax.Array) -> _Path:
+    """The path, or its end by a chance that its flux decides (Russian roulette)."""
+    chance = jnp.minimum(jnp.max(path.flux, axis=-1), MOST_SURVIVAL)
+    on = (path.place >= 0) & (u < chance)
+    flux = safe_divide(path.flux, jnp.broadcast_to(chance[..., None], path.flux.shape))
+    return path._replace(place=jnp.where(on, path.place, -1), flux=flux)
+
+
+def _kept(query: Query, paths: int, run: _Run) -> _Run:
+    """Finished paths counted, with mean and squares by Welford's update, and new ones begun."""
+    over = (run.path.place < 0) & (run.done < paths)
+    done = jnp.where(over, run.done + 1, run.done)
+    value = jnp.where(above_horizon(query.wi, query.wo)[..., None], run.path.value, 0.0)
+    step = jnp.where(over[..., None], value - run.mean, 0.0)
+    mean = run.mean + step / jnp.maximum(done, 1)[..., None]
+    squares = run.squares + step * (value - mean)
+    fresh = over & (done < paths)
+    path = jax.tree.map(lambda new, old: jnp.where(_of_rank(fresh, new), new, old), _start(query), run.path)
+    return _Run(run.key, path, done, mean, squares)
+
+
+def _select(condition: jax.Array, one: Any, other: Any) -> Any:
+    return jax.tree.map(lambda a, b: jnp.where(_of_rank(condition, a), a, b), one, other)
+
+
+def _of_rank(condition: jax.Array, like: jax.Array) -> jax.Array:
+    return condition[..., None] if like.ndim > condition.ndim else condition
+
+
+def _last(u: jax.Array) -> jax.Array:
+    """Numbers `(n, ...)` as `(..., n)`."""
+    return jnp.moveaxis(u, 0, -1)

@@ -1,0 +1,54 @@
+// Microfacet lobes: the counterpart of jaxbrdf/core/ggx.py and smith.py with numbers that the host has prepared.
+#ifndef JB_MICROFACET_CL
+#define JB_MICROFACET_CL
+
+#include "numerics.cl"
+
+// 2^-24: the least cosine of a direction above the horizon (LEAST_COSINE in smith.py).
+#define JB_LEAST_LIFTED 5.9604645e-8f
+
+// Half vector and what a lobe reads of a pair of lifted directions; (1 - wi . wh)^5 is Schlick's.
+typedef struct {
+    jb_real3 wh;
+    jb_real grazing_5;
+} jb_Facet;
+
+// w with its cosine raised to JB_LEAST_LIFTED.
+JB_INLINE jb_real3 jb_lift(const jb_real3 w) {
+    const jb_real3 lifted = {w.x, w.y, jb_max(w.z, JB_REAL(JB_LEAST_LIFTED))};
+    return lifted;
+}
+
+JB_INLINE jb_Facet jb_facet(const jb_real3 wi, const jb_real3 wo) {
+    const jb_real3 sum = {wi.x + wo.x, wi.y + wo.y, wi.z + wo.z};
+    const jb_real squared = jb_dot(sum, sum);
+    const jb_real inverse = jb_safe_rsqrt(squared);
+    // wi . wh = |wi + wo| / 2 for unit vectors, and the length does not cancel where the two are opposed
+    const jb_real grazing = 1.0f - jb_at_most(0.5f * squared * inverse, 1.0f);
+    const jb_real grazing_2 = grazing * grazing;
+    jb_Facet out;
+    out.wh.x = sum.x * inverse;
+    out.wh.y = sum.y * inverse;
+    out.wh.z = inverse > 0.0f ? sum.z * inverse : JB_REAL(1.0f);
+    out.grazing_5 = grazing_2 * grazing_2 * grazing;
+    return out;
+}
+
+// |stretched w| = sqrt(ax^2 x^2 + ay^2 y^2 + z^2).
+JB_INLINE jb_real jb_stretched(const jb_real3 w, const float squared_x, const float squared_y) {
+    return jb_safe_sqrt(squared_x * w.x * w.x + squared_y * w.y * w.y + w.z * w.z);
+}
+
+// D G2 / (4 cos_i cos_o) of GGX along its own axes, with masking correlated by height:
+// 1 / (2 pi ax ay (x^2 / ax^2 + y^2 / ay^2 + z^2)^2 (s_i cos_o + s_o cos_i)). `squared` is ax^2, ay^2 and `inverse`
+// their reciprocals; `norm` is 1 / (2 pi ax ay).
+JB_INLINE jb_real jb_ggx_lobe(
+    const jb_real3 wi, const jb_real3 wo, const jb_real3 wh, const float squared_x, const float squared_y,
+    const float inverse_x, const float inverse_y, const float norm) {
+    const jb_real spread = inverse_x * wh.x * wh.x + inverse_y * wh.y * wh.y + wh.z * wh.z;
+    const jb_real across =
+        jb_stretched(wi, squared_x, squared_y) * wo.z + jb_stretched(wo, squared_x, squared_y) * wi.z;
+    return norm / (spread * spread * across);
+}
+
+#endif
