@@ -9,9 +9,8 @@ greatest length. The code that runs is that of the layers that are there: no med
 Both ends lie in one medium, so the squares of the indices that radiance carries across an interface cancel
 (`jaxbrdf.brdf.rough_interface`). The base's own indices are relative to the medium above it.
 
-A very smooth uppermost interface over a very smooth base is noisy nowhere, but a deeper interface between two smooth
-ones is: only vertices of the uppermost layer are connected. Values only: the walk's length depends on its parameters,
-and no derivative goes through it.
+Only vertices of the uppermost layer are connected, so what lies below a second interface is noisier. Values only: the
+walk's length depends on its parameters, and no derivative goes through it.
 """
 
 from __future__ import annotations

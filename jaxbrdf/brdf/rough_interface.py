@@ -14,8 +14,8 @@ without it and tells what becomes of a flux along wo. Through a whole stack betw
 Masking and shadowing are correlated by height in reflection, as in `MICROFACET`, and independent in transmission, as
 in Walter et al.; facets scatter once, so the interface keeps at most what falls on it.
 
-An index of one is no interface: everything passes straight on, which `sample` does and no f can say. `eval` and `pdf`
-are too low where |eta - 1| < sqrt(eps), 3e-4 in float32, where the half vector would be made of rounding errors.
+At an index of one everything that facets do not shadow passes straight on, which `sample` does and no f can say. `eval`
+and `pdf` are too low where |eta - 1| < sqrt(eps), 3e-4 in float32: the half vector is then rounding errors.
 
 Parameters: `InterfaceParams`. Facets are sampled by visible normals, then reflection or refraction by Fresnel.
 """

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +21,8 @@ from jaxbrdf.metrics.brdf_space import SMAPE_OFFSET
 from jaxbrdf.models.table import ANALYTIC
 from jaxbrdf.sampling.pairs import draw_weighted
 from jaxbrdf.types import Brdf, Params, Query
+
+Residuals = Callable[[Params, Any], jax.Array]
 
 PAIRS, SCREENING_PAIRS = 4096, 512
 """Directions that the solver sees, and that choose among the starts."""
@@ -41,7 +44,7 @@ class Problem:
 
     model: str
     config: Any
-    truth: Any
+    truth: Callable[[Query], jax.Array]
     seed: int
 
 
@@ -52,27 +55,49 @@ def solve_for(problem: Problem, reporter: Reporter) -> Trained:
         FitError: if no start leads anywhere.
     """
     reporter.say(f"solving for {problem.model} at {PAIRS:,} pairs of directions")
-    key_pairs, key_starts = jax.random.split(jax.random.key(problem.seed))
-    clock = time.perf_counter()
-    query, importance = draw_weighted(key_pairs, PAIRS)
-    data = (query, importance, problem.truth(query))
-    start = partial(ANALYTIC[problem.model].start, config=problem.config)
-    starts = jax.vmap(start)(jax.random.split(key_starts, STARTS))
-    drawn = time.perf_counter() - clock
-    residuals = _residuals(ANALYTIC[problem.model].build(problem.config))
-    run = partial(_solve, residuals, starts, data)
-    clock = time.perf_counter()
-    jax.block_until_ready(run())
-    first = time.perf_counter() - clock
-    clock = time.perf_counter()
-    solution = jax.block_until_ready(run())
-    again = time.perf_counter() - clock
+    start = jax.jit(jax.vmap(partial(ANALYTIC[problem.model].start, config=problem.config)))
+    starts = start(jax.random.split(_keys(problem)[1], STARTS))
+    data, drawing = _timed(partial(problem_data, problem))
+    residuals = residuals_of(ANALYTIC[problem.model].build(problem.config))
+    solution, solving = _timed(partial(_solve, residuals, starts, data))
     if not np.isfinite(solution.cost):
         raise FitError(f"{problem.model}: no start led to a finite error")
-    cost = {"fit_seconds": drawn + again, "draw_seconds": drawn, "compile_seconds": max(first - again, 0.0)}
+    cost = {
+        "fit_seconds": drawing.again + solving.again,
+        "draw_seconds": drawing.again,
+        "compile_seconds": drawing.first + solving.first - drawing.again - solving.again,
+    }
     params = jax.tree.map(np.asarray, solution.params)
     findings = {"parameters": uncertainties(solution), "start_costs": np.asarray(solution.start_costs).tolist()}
     return Trained(params, int(solution.steps), cost, findings)
+
+
+def problem_data(problem: Problem) -> tuple[Query, jax.Array, jax.Array]:
+    """The pairs that the solver sees, their importance and the truth at them."""
+    query, importance = jax.jit(draw_weighted, static_argnums=1)(_keys(problem)[0], PAIRS)
+    return query, importance, problem.truth(query)
+
+
+class _Seconds(NamedTuple):
+    """Of a first call, which compiles, and of another."""
+
+    first: float
+    again: float
+
+
+def _timed(run: Callable[[], Any]) -> tuple[Any, _Seconds]:
+    """What a function gives; it is called twice."""
+    seconds = []
+    for _ in range(2):
+        clock = time.perf_counter()
+        found = jax.block_until_ready(run())
+        seconds.append(time.perf_counter() - clock)
+    return found, _Seconds(*seconds)
+
+
+def _keys(problem: Problem) -> jax.Array:
+    """One for the pairs, one for the starts."""
+    return jax.random.split(jax.random.key(problem.seed))
 
 
 def uncertainties(solution: LeastSquares) -> dict[str, dict[str, Any]]:
@@ -86,7 +111,7 @@ def uncertainties(solution: LeastSquares) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _residuals(brdf: Brdf) -> Any:
+def residuals_of(brdf: Brdf) -> Residuals:
     """Differences of ln(f + `SMAPE_OFFSET`), as SMAPE has them where they are small, weighed as the metrics are."""
 
     def residuals(params: Params, data: tuple[Query, jax.Array, jax.Array]) -> jax.Array:
@@ -97,6 +122,6 @@ def _residuals(brdf: Brdf) -> Any:
     return residuals
 
 
-def _solve(residuals: Any, starts: Params, data: Any) -> LeastSquares:
+def _solve(residuals: Residuals, starts: Params, data: Any) -> LeastSquares:
     few = jax.tree.map(lambda leaf: leaf[:: PAIRS // SCREENING_PAIRS], data)
     return solve(residuals, best_starts(residuals, starts, few, FOLLOWED), data)

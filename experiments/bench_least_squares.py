@@ -1,0 +1,74 @@
+"""Fits the analytic models to measured files by least squares, and compares what they reach with many random starts.
+
+    python experiments/bench_least_squares.py                    # the 12 RGL files: about 5 minutes on two cores
+    python experiments/bench_least_squares.py cg_sunflower       # some of them
+
+For each file and model: seconds of the fit after compilation, its squared error, and the least that any of 20 random
+starts reaches that are all followed to their end; errors of the fit as `jaxbrdf compare` defines them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+
+from jaxbrdf.fit.least_squares import solve
+from jaxbrdf.jobs.progress import Silent
+from jaxbrdf.jobs.reference import Reference, open_reference
+from jaxbrdf.jobs.solving import Problem, problem_data, residuals_of, solve_for
+from jaxbrdf.metrics.brdf_space import compare_at, true_pairs
+from jaxbrdf.models.table import ANALYTIC
+from jaxbrdf.sampling.pairs import draw_weighted
+
+RESULTS = Path(__file__).parent / "results" / "least_squares.json"
+RESTARTS = 20
+ERRORS = ("mae", "smape", "rmse", "log_rmse")
+
+
+def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
+    """One row."""
+    entry = ANALYTIC[model]
+    problem = Problem(model, entry.config(isotropic=reference.material.isotropic), reference.evaluate, 0)
+    trained = solve_for(problem, Silent())
+    brdf, data = entry.build(problem.config), problem_data(problem)
+    starts = jax.vmap(partial(entry.start, config=problem.config))(jax.random.split(jax.random.key(1), RESTARTS))
+    restarted = solve(residuals_of(brdf), starts, data)
+    errors = compare_at(pairs, {"": jax.jit(partial(brdf.eval, trained.params))})[""]
+    least = min(trained.findings["start_costs"])
+    return {
+        "material": reference.material.name,
+        "model": model,
+        "fit_seconds": trained.cost["fit_seconds"],
+        "draw_seconds": trained.cost["draw_seconds"],
+        "compile_seconds": trained.cost["compile_seconds"],
+        "cost": least,
+        "over_best_of_20": least / float(restarted.cost),
+        **{name: float(getattr(errors, name).value) for name in ERRORS},
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("materials", nargs="*")
+    options = parser.parse_args()
+    folder = Path(os.environ["JAXBRDF_DATA"]) / "rgl"
+    names = options.materials or sorted(path.name.removesuffix("_rgb.bsdf") for path in folder.glob("*_rgb.bsdf"))
+    rows = []
+    for name in names:
+        reference = open_reference(str(folder / f"{name}_rgb.bsdf"))
+        pairs = list(true_pairs(jax.random.key(5), reference.evaluate, draw_weighted))
+        for model in ANALYTIC:
+            rows.append(measure(reference, model, pairs))
+            print(json.dumps(rows[-1]), flush=True)
+    if not options.materials:
+        RESULTS.write_text(json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
