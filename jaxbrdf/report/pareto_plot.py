@@ -18,10 +18,17 @@ from jaxbrdf.report.tables import Row
 
 PLOTTED = {"smape": "SMAPE of f", "flip": "FLIP of the sphere in the studio"}
 
-COLOURS = {"gated": "#0072b2", "tripleplane": "#d55e00", "nbrdf": "#009e73", "naive-mlp": "#9a6fb0"}
+COLOURS = {
+    "gated": "#0072b2",
+    "tripleplane": "#d55e00",
+    "nbrdf": "#009e73",
+    "naive-mlp": "#9a6fb0",
+    "ggx": "#a07a00",
+    "ggx2": "#4b4b00",
+}
 """Of the models; told apart by readers who confuse red and green (after Okabe and Ito)."""
 
-SHAPES = {"gated": "o", "tripleplane": "s", "nbrdf": "^", "naive-mlp": "D"}
+SHAPES = {"gated": "o", "tripleplane": "s", "nbrdf": "^", "naive-mlp": "D", "ggx": "v", "ggx2": "P"}
 
 INK, GRID, FRONT = "#222222", "#e4e4e4", "#555555"
 
@@ -116,6 +123,7 @@ def _label(axes: Axes, rows: Sequence[Row], metric: str) -> None:
     labels = [
         Label(row["ns_per_evaluation"], row[metric], _text(row), _colour(row), side)
         for row, side in zip(order, sides, strict=True)
+        if _text(row)
     ]
     place_labels(axes, labels, [(row["ns_per_evaluation"], row[metric]) for row in rows])
 
@@ -127,7 +135,7 @@ def _twin(row: Row) -> str:
 
 
 def _text(row: Row) -> str:
-    """The candidate's name without what colour and mark say."""
+    """The candidate's name without what colour and mark say: nothing of a model without sizes."""
     return (_twin(row) or row["candidate"]).removeprefix(row["model"]).strip()
 
 

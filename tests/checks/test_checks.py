@@ -82,9 +82,16 @@ def test_significance_corrects_for_many_tests():
 
 
 def test_furnace_sees_gained_energy_with_and_without_a_sampler():
-    for brdf in (LAMBERT, Brdf(LAMBERT.eval)):
-        albedo = directional_albedo(jax.random.key(1), brdf, LambertParams(jnp.array([0.2, 1.0, 1.3])), WO)
-        np.testing.assert_allclose(albedo.value, [0.2, 1.0, 1.3], rtol=1e-4)
+    def brighter(params: LambertParams, query: Query) -> jax.Array:
+        return 1.3 * LAMBERT.eval(params, query)
+
+    def sample(params: LambertParams, query: Query, u: jax.Array) -> Sample:
+        drawn = LAMBERT.sample(params, query, u)
+        return drawn._replace(weight=1.3 * drawn.weight)
+
+    for brdf in (Brdf(brighter), faulty(eval=brighter, sample=sample)):
+        albedo = directional_albedo(jax.random.key(1), brdf, LambertParams(jnp.array([0.2, 0.5, 1.0])), WO)
+        np.testing.assert_allclose(albedo.value, [0.26, 0.65, 1.3], rtol=1e-4)
 
 
 def test_reciprocity_sees_a_one_sided_cosine():
