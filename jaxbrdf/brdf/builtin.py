@@ -12,6 +12,7 @@ from types import MappingProxyType
 import jax.numpy as jnp
 
 from jaxbrdf.brdf.composite import CompositeParams, composite
+from jaxbrdf.brdf.domain import checked_material
 from jaxbrdf.brdf.microfacet import MICROFACET, ggx
 from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
 from jaxbrdf.core.fresnel import Conductor, Dielectric
@@ -23,14 +24,14 @@ _GLAZED = composite(SUBSTRATE, MICROFACET)
 def _gold() -> Material:
     """Satin gold, roughness 0.2; index of Johnson and Christy (1972)."""
     index = Conductor(eta=jnp.array([0.223, 0.428, 1.335]), k=jnp.array([3.204, 2.460, 1.872]))
-    return Material("gold", MICROFACET, ggx(jnp.array(0.2), jnp.array(0.2), index), isotropic=True)
+    return checked_material("gold", MICROFACET, ggx(jnp.array(0.2), jnp.array(0.2), index), isotropic=True)
 
 
 def _brushed_aluminium() -> Material:
     """Aluminium brushed along the tangent, so it spreads light across it; index of Rakić (1995)."""
     index = Conductor(eta=jnp.array([1.320, 1.011, 0.683]), k=jnp.array([7.307, 6.616, 5.623]))
     params = ggx(jnp.array(0.08), jnp.array(0.35), index)
-    return Material("brushed-aluminium", MICROFACET, params, isotropic=False)
+    return checked_material("brushed-aluminium", MICROFACET, params, isotropic=False)
 
 
 def _glazed_ceramic() -> Material:
@@ -39,7 +40,7 @@ def _glazed_ceramic() -> Material:
     body = SubstrateParams(jnp.array([0.08, 0.32, 0.38]), eta)
     glaze = ggx(jnp.array(0.05), jnp.array(0.05), Dielectric(eta))
     params = CompositeParams((body, glaze), jnp.array([0.6, 0.4]))
-    return Material("glazed-ceramic", _GLAZED, params, isotropic=True)
+    return checked_material("glazed-ceramic", _GLAZED, params, isotropic=True)
 
 
 MATERIALS: Mapping[str, Callable[[], Material]] = MappingProxyType(
