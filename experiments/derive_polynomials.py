@@ -42,6 +42,8 @@ TARGETS = (
     Target("atan(x) / x", lambda x: np.arctan(x) / x, 0.0, 1.0, 2, (1.0,), 9),
     Target("exp2(x)", np.exp2, -0.5, 0.5, 1, (1.0,), 6),
     Target("log2(1 + x) / x", lambda x: np.log2(1 + x) / x, np.sqrt(0.5) - 1, np.sqrt(2.0) - 1, 1, (), 9),
+    Target("sin(2 pi x) / x", lambda x: np.sin(2 * np.pi * x) / x, 0.0, 0.125, 2, (), 4),
+    Target("cos(2 pi x)", lambda x: np.cos(2 * np.pi * x), 0.0, 0.125, 2, (1.0,), 4),
 )
 
 

@@ -54,13 +54,31 @@ def chi_square(
         ValueError: the BRDF has no sampler.
     """
     sampler = sampler_of(brdf)
-    partition = polar() if partition is None else partition
     u = jax.random.uniform(key, (samples, 3), wo.dtype)
     viewer = jnp.broadcast_to(wo, (samples, 3))
     drawn = np.asarray(jax.jit(sampler.sample)(params, Query(viewer, viewer), u).wi, np.float64)
+    return chi_square_of_draws(drawn, brdf, params, wo, partition=partition, cells=cells, points=points)
+
+
+def chi_square_of_draws(
+    drawn: np.ndarray,
+    brdf: Brdf,
+    params: Params,
+    wo: jax.Array,
+    *,
+    partition: Partition | None = None,
+    cells: int = 24,
+    points: int = 16,
+) -> ChiSquare:
+    """The same of directions `drawn`, `(n, 3)`, however they were made.
+
+    Raises:
+        ValueError: the BRDF has no sampler.
+    """
+    partition = polar() if partition is None else partition
     observed, lost = _observed(drawn, partition, cells)
-    expected = samples * expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
-    return pearson(np.append(observed, lost), np.append(expected, max(samples - expected.sum(), 0.0)))
+    expected = len(drawn) * expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
+    return pearson(np.append(observed, lost), np.append(expected, max(len(drawn) - expected.sum(), 0.0)))
 
 
 def pearson(observed: np.ndarray, expected: np.ndarray, *, least: float = 5.0) -> ChiSquare:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -12,9 +13,9 @@ import numpy as np
 import pyopencl as cl
 from scipy.ndimage import zoom
 
+from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.checks.hard import hard_queries
-from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.export.manifest import build_brdf
+from jaxbrdf.export.bundle import Bundle, material
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import context_of
@@ -122,11 +123,16 @@ def _unit(w: jax.Array) -> jax.Array:
 
 def jax_values(bundle: Bundle, query: Query) -> np.ndarray:
     """What is right: f as jitted JAX gives it in float64 for directions in float32, of the query's shape."""
-    wi, wo = (np.asarray(w, np.float64) for w in (query.wi, query.wo))
-    with jax.enable_x64(True):
-        evaluate = jax.jit(build_brdf(bundle.manifest).eval)
-        params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), bundle.params)
-        return np.asarray(evaluate(params, Query(jnp.asarray(wi), jnp.asarray(wo))))
+    return _in_float64(bundle, material(bundle).brdf.eval, query)
+
+
+def jax_densities(bundle: Bundle, query: Query) -> np.ndarray:
+    """The same of the density that the bundle's sampler has, `(n,)`.
+
+    Raises:
+        ValueError: the bundle has no sampler.
+    """
+    return _in_float64(bundle, sampler_of(material(bundle).brdf).pdf, query)
 
 
 def opencl_parity(
@@ -147,3 +153,11 @@ def opencl_parity(
     # a NaN on either side is the worst
     worst = int(np.argmax(np.nan_to_num(violation, nan=np.inf)))
     return Parity(float(violation[worst]), wi[worst], wo[worst])
+
+
+def _in_float64(bundle: Bundle, function: Callable[[Params, Query], jax.Array], query: Query) -> np.ndarray:
+    wi, wo = (np.asarray(w, np.float64) for w in (query.wi, query.wo))
+    numbers = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), material(bundle).params)
+    with jax.enable_x64(True):
+        params = jax.tree.map(jnp.asarray, numbers)
+        return np.asarray(jax.jit(function)(params, Query(jnp.asarray(wi), jnp.asarray(wo))))

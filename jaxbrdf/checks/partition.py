@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 class Partition(NamedTuple):
@@ -79,3 +80,16 @@ def _frame(axis: tuple[float, float, float]) -> np.ndarray:
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(z, x), z])
+
+
+def partition_around(drawn: np.ndarray, wo: ArrayLike) -> Partition:
+    """Rings about where most of the directions `drawn`, `(n, 3)`, lie, as narrow as the closest quarter of them.
+
+    The middle is the mirrored viewer or the median, whichever more of them crowd about.
+    """
+    mirror = np.asarray(wo, np.float64) * [-1.0, -1.0, 1.0]
+    middle = np.median(drawn, axis=0)
+    axes = [mirror, middle / np.linalg.norm(middle)]
+    nearness = [np.quantile(np.linalg.norm(drawn - axis, axis=-1), 0.25) for axis in axes]
+    best = int(np.argmin(nearness))
+    return polar(axis=tuple(axes[best]), spread=float(np.clip(nearness[best], 1e-4, 1.0)))

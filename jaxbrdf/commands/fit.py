@@ -30,6 +30,8 @@ def add_fit(commands: Any) -> None:
     add_recipe(command)
     command.add_argument("--resume", action="store_true", help="go on from the checkpoint beside OUT")
     command.add_argument("--precision", choices=("float32", "float16"), default="float32", help="of the stored bundle")
+    command.add_argument("--conserve-energy", action="store_true", help="reflect no more light than there is")
+    command.add_argument("--no-sampler", action="store_true", help="leave out what draws light in renderers")
     _add_budget(command)
 
 
@@ -62,6 +64,8 @@ def run_fit(options: argparse.Namespace) -> dict[str, Any]:
         budget_seconds=options.budget_seconds,
         resume=options.resume,
         precision=options.precision,
+        conserve_energy=options.conserve_energy,
+        sampler=not options.no_sampler,
     )
     result = _run(config, options) if budget is None else _run_search(config, budget, options)
     files = {name: str(path) for name, path in result.paths._asdict().items() if name != "checkpoint"}
@@ -100,5 +104,6 @@ def _tell(kept: str, config: FitConfig, *, model: str | None, **more: Any) -> No
     """How an interrupted fit goes on."""
     given = {"preset": config.preset, "seed": config.seed, "paper_sizes": config.paper_sizes}
     options = {"model": model, **given, "precision": config.precision, **more, "resume": True}
+    options |= {"conserve_energy": config.conserve_energy, "no_sampler": not config.sampler}
     again = command_line(["fit", config.source, "-o", config.output], options)
     print(f"{kept}; to go on:\n  {again}", file=sys.stderr)

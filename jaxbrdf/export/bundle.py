@@ -19,7 +19,9 @@ from jaxbrdf.core.tree import named_leaves, with_leaves
 from jaxbrdf.data import input as data_input
 from jaxbrdf.data.output import write_atomically
 from jaxbrdf.errors import DataError
+from jaxbrdf.export.assembled import BundleParams, assembled
 from jaxbrdf.export.manifest import Manifest, build_brdf, from_json, to_json
+from jaxbrdf.export.parts import FORMS, Parts, part_arrays, parts_of
 from jaxbrdf.models.table import first_params
 from jaxbrdf.texture.angular import close_centre, is_texture
 from jaxbrdf.types import Material, Params
@@ -32,10 +34,11 @@ DTYPES = {"F16": np.dtype("<f2"), "F32": np.dtype("<f4")}
 
 
 class Bundle(NamedTuple):
-    """A manifest and the parameters of its model, arrays in float32."""
+    """A manifest, the parameters of its model, and what there is beside them; arrays in float32."""
 
     manifest: Manifest
     params: Params
+    parts: Parts = Parts()
 
 
 def to_bytes(bundle: Bundle, *, precision: Precision = "float32") -> bytes:
@@ -52,6 +55,7 @@ def to_bytes(bundle: Bundle, *, precision: Precision = "float32") -> bytes:
         raise ValueError(f"params are {_shapes(arrays)}, the config of {bundle.manifest.model} wants {shapes}")
     narrow, full = np.dtype(precision), np.dtype("float32")
     stored = {name: _narrow(name, array, narrow if is_texture(array) else full) for name, array in arrays.items()}
+    stored |= part_arrays(bundle.parts)
     return safetensors.numpy.save(stored, metadata={METADATA_KEY: to_json(bundle.manifest)})
 
 
@@ -64,7 +68,9 @@ def from_bytes(content: bytes, path: str | PathLike[str]) -> Bundle:
     try:
         tensors = dict(safetensors.deserialize(content))
         manifest = from_json(_metadata(content))
-        return Bundle(manifest, _params(manifest, tensors))
+        parts = {form.tensor: tensors.pop(form.tensor) for form in FORMS.values() if form.tensor in tensors}
+        arrays = {name: _array(name, tuple(tensor["shape"]), tensor) for name, tensor in parts.items()}
+        return Bundle(manifest, _params(manifest, tensors), parts_of(arrays))
     except safetensors.SafetensorError as error:
         raise DataError(path, f"not a safetensors file: {_one_line(error)}") from None
     except ValueError as error:
@@ -92,9 +98,9 @@ def load(path: str | PathLike[str]) -> Bundle:
 
 def material(bundle: Bundle) -> Material:
     """The bundle as a material that JAX evaluates."""
-    params = jax.tree.map(jnp.asarray, bundle.params)
     manifest = bundle.manifest
-    return Material(manifest.name, build_brdf(manifest), params, manifest.isotropic)
+    params = jax.tree.map(jnp.asarray, BundleParams(bundle.params, bundle.parts))
+    return Material(manifest.name, assembled(build_brdf(manifest), bundle.parts), params, manifest.isotropic)
 
 
 def _closed(params: Params) -> Params:

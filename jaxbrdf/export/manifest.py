@@ -10,8 +10,8 @@ from jaxbrdf.export.json_record import from_plain, to_plain
 from jaxbrdf.models.table import NAMES, brdf_of, config_of
 from jaxbrdf.types import Brdf
 
-SCHEMA = 1
-"""Version of the file's layout; a reader refuses newer ones."""
+SCHEMA = 2
+"""Version of the file's layout; a reader refuses newer ones. The first had no parts beside the model."""
 
 LARGEST_SIZE = 2**20
 """No texture or layer is wider; it keeps the number of elements within 64 bits."""
@@ -95,7 +95,7 @@ def from_json(text: str) -> Manifest:
     fields = _object(text)
     _check_schema(fields.pop("schema", None))
     if fields.pop("conventions", None) != CONVENTIONS:
-        raise ValueError(f"its conventions are not those of schema {SCHEMA}")
+        raise ValueError("its conventions are not those of this jaxbrdf")
     isotropic = fields.pop("isotropic", None)
     manifest = _manifest(fields)
     if isotropic is not manifest.isotropic:

@@ -1,8 +1,7 @@
 """The nine-number proxy fitted to a material's own light, for all views together.
 
 For each view the light's target density is F = luminance of f cos(wi) over its integral. Integrals over wi are sums
-over the same points for every step: half of them cosine-distributed, half mirrored about half vectors that crowd about
-the normal on every scale (`jaxbrdf.sampling.pairs`), weighed by the density of both mixed.
+over the same points for every step (`jaxbrdf.sampling.lights`), weighed by their density.
 
 Two objectives, least where the proxy's density p is the target:
 
@@ -26,14 +25,13 @@ import jax.numpy as jnp
 import optax
 
 from jaxbrdf.core.colour import luminance
-from jaxbrdf.core.directions import half_vector, reflect, spherical
-from jaxbrdf.core.numerics import safe_divide, safe_norm
+from jaxbrdf.core.directions import spherical
+from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.sampling.defensive import FLOOR
-from jaxbrdf.sampling.hemisphere import cosine_density, square_to_cosine
-from jaxbrdf.sampling.pairs import half_vector_density, square_to_half_vector
+from jaxbrdf.sampling.hemisphere import cosine_density
+from jaxbrdf.sampling.lights import lights_of_view
 from jaxbrdf.sampling.proposal import Proposal
 from jaxbrdf.sampling.proxy import VISIBLE_PROXY, ProxyParams, to_unconstrained
-from jaxbrdf.sampling.sobol import sobol_points
 from jaxbrdf.sampling.view_frame import to_view
 from jaxbrdf.sampling.view_proxy import ViewProxy, proxy_at
 from jaxbrdf.types import Params, Query
@@ -104,7 +102,7 @@ def light_of_views(config: ProxyFit, evaluate: Callable[[Params, Query], jax.Arr
     """The light that the reflectance scatters to each view of the fit, at the points that the fit sums over."""
     views = _views(config)
     wo = jnp.broadcast_to(views[:, None], (len(views), config.points, 3))
-    wi, density = jax.vmap(_points, in_axes=(0, None))(views, config.points)
+    wi, density = jax.vmap(lights_of_view, in_axes=(0, None))(views, config.points)
     # view by view: a measured table's temporaries for all of them would be large
     f = jax.lax.map(lambda pair: luminance(evaluate(params, Query(*pair))), (wi, wo))
     light = jnp.maximum(f * wi[..., 2], 0.0)
@@ -120,19 +118,6 @@ def _views(config: ProxyFit) -> jax.Array:
     phi = jnp.arange(config.azimuths) * (2.0 * jnp.pi / config.azimuths)
     theta, phi = jnp.meshgrid(jnp.minimum(theta, LAST_ELEVATION), phi, indexing="ij")
     return spherical(theta.ravel(), phi.ravel())
-
-
-def _points(wo: jax.Array, count: int) -> tuple[jax.Array, jax.Array]:
-    """Directions `(count, 3)` to the light and their density.
-
-    Half cosine-distributed, half mirrored; some of these below the horizon, where there is no light.
-    """
-    u = jnp.asarray(sobol_points(count // 2, 2) + 0.5 / count)
-    wi = jnp.concatenate([square_to_cosine(u), reflect(wo[None], square_to_half_vector(u))])
-    both = wi + wo[None]
-    mirrored = safe_divide(half_vector_density(half_vector(wi, wo[None])), 2.0 * safe_norm(both))
-    density = 0.5 * cosine_density(wi) + 0.5 * mirrored
-    return wi, density
 
 
 @partial(jax.jit, static_argnums=0)
@@ -151,7 +136,7 @@ def _fit(config: ProxyFit, target: Target) -> jax.Array:
     return (
         nodes
         if config.objective == "cross-entropy"
-        else _descend(config, config.objective, nodes, target, 0.3 * config.rate)
+        else _descend(config, config.objective, nodes, target, LAST_RATE * config.rate)
     )
 
 

@@ -11,8 +11,9 @@ from jaxbrdf.data.output import write_atomically
 from jaxbrdf.errors import FitError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
+from jaxbrdf.jobs.finishing import Finished, finished
 from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, output_paths, prepare_output
-from jaxbrdf.jobs.fitting import Judged, bundle_of, judged_as_stored, solved, task_of
+from jaxbrdf.jobs.fitting import Judged, bundle_of, solved, task_of
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.reference import Reference, open_reference
 from jaxbrdf.jobs.training import train
@@ -48,33 +49,32 @@ def fit(config: FitConfig, reporter: Reporter) -> FitResult:
     else:
         task = task_of(candidate, reference, recipe, paths.checkpoint)
         trained = train(task, config.budget_seconds, config.resume, reporter)
-    reporter.say("judging")
     bundle = bundle_of(candidate, reference, recipe, trained)
     try:
-        judged = judged_as_stored(bundle, config.precision, judge.draw(reference.material))
+        done = finished(bundle, config, judge.draw(reference.material), reporter)
     except FitError as error:
         raise FitError(f"{paths.bundle}: {error}; the checkpoint is kept in {paths.checkpoint}") from None
-    result = write_fit(config, reference, judged, paths, more=trained.findings)
+    result = write_fit(config, reference, done, paths, more=trained.findings)
     paths.checkpoint.unlink(missing_ok=True)
     return result
 
 
 def write_fit(
-    config: FitConfig, reference: Reference, judged: Judged, paths: FitPaths, *, more: Mapping[str, Any] | None = None
+    config: FitConfig, reference: Reference, done: Finished, paths: FitPaths, *, more: Mapping[str, Any] | None = None
 ) -> FitResult:
     """Writes a fit's bundle, report and picture, and what an evaluation costs into the first two.
 
     Args:
         config: as the report has it.
         reference: what was fitted.
-        judged: the fit.
+        done: the fit.
         paths: of its files.
         more: further entries of the report.
 
     Raises:
         DataError: if a file cannot be written.
     """
-    manifest = judged.bundle.manifest
+    judged, manifest = done.judged, done.judged.bundle.manifest
     cost = manifest.cost | judge.evaluation_cost(judged.bundle)
     report = {
         "config": asdict(config),
@@ -83,7 +83,7 @@ def write_fit(
         "opencl_device": judge.opencl_device(),
         "source": judge.describe_truth(reference.source),
     }
-    report |= dict(more or {})
+    report |= done.findings | dict(more or {})
     bundle = judged.bundle._replace(manifest=manifest._replace(cost=cost))
     bundles.save(paths.bundle, bundle, precision=config.precision)
     write_atomically(paths.report, json.dumps(report, indent=1).encode())

@@ -28,6 +28,8 @@ class FitConfig:
         budget_seconds: if given, the number of steps is chosen to fit it.
         resume: go on from the checkpoint beside the output.
         precision: of the stored bundle.
+        conserve_energy: end in a bundle whose albedo is at most one.
+        sampler: store a sampler with the bundle.
     """
 
     source: str
@@ -39,6 +41,8 @@ class FitConfig:
     budget_seconds: float | None = None
     resume: bool = False
     precision: Precision = "float32"
+    conserve_energy: bool = False
+    sampler: bool = True
 
     @property
     def recipe(self) -> Recipe:

@@ -9,6 +9,7 @@ import numpy as np
 
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.json_record import to_plain
+from jaxbrdf.jobs.finishing import largest_albedo
 from jaxbrdf.jobs.judge import describe_truth
 from jaxbrdf.jobs.source import Source, open_source
 
@@ -31,4 +32,6 @@ def _of_material(source: Source) -> dict[str, Any]:
 def _of_bundle(bundle: Bundle) -> dict[str, Any]:
     fields = {name: to_plain(getattr(bundle.manifest, name)) for name in bundle.manifest._fields}
     numbers = int(sum(np.size(leaf) for leaf in jax.tree.leaves(bundle.params)))
-    return {"kind": "bundle", "isotropic": bundle.manifest.isotropic, "parameters": numbers, **fields}
+    parts = [name for name, part in bundle.parts._asdict().items() if part is not None]
+    described = {"isotropic": bundle.manifest.isotropic, "parameters": numbers, "parts": parts}
+    return {"kind": "bundle", **described, "largest_albedo": largest_albedo(bundle), **fields}

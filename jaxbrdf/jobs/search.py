@@ -16,9 +16,9 @@ from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.budget import Budget, Rejected, check_budget, within_price
 from jaxbrdf.jobs.candidate import Candidate
 from jaxbrdf.jobs.candidate_prices import candidate_prices, forget_prices
+from jaxbrdf.jobs.finishing import finished
 from jaxbrdf.jobs.fit import FitResult, write_fit
 from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, output_paths, prepare_output
-from jaxbrdf.jobs.fitting import judged_as_stored
 from jaxbrdf.jobs.grid import CAPABILITY
 from jaxbrdf.jobs.price import Price
 from jaxbrdf.jobs.progress import Reporter
@@ -59,7 +59,7 @@ def search(config: FitConfig, budget: Budget, reporter: Reporter) -> FitResult:
     isotropic = reference.material.isotropic
     prices = candidate_prices(folder, candidates, context, isotropic=isotropic, reporter=reporter)
     choice = _choose(store, candidates, prices, budget, reporter)
-    result = _write(config, budget, choice, store, paths)
+    result = _write(config, budget, choice, store, paths, reporter)
     clear(folder)
     return result
 
@@ -156,10 +156,12 @@ def _nothing(
     )
 
 
-def _write(config: FitConfig, budget: Budget, choice: Choice, store: Store, paths: FitPaths) -> FitResult:
+def _write(
+    config: FitConfig, budget: Budget, choice: Choice, store: Store, paths: FitPaths, reporter: Reporter
+) -> FitResult:
     candidate = choice.candidate
-    judged = judged_as_stored(choice.bundle, candidate.precision, store.draws())
     done = replace(config, model=candidate.model, paper_sizes=candidate.hidden is None)
+    whole = finished(choice.bundle, done, store.draws(), reporter)
     rejected = [one._asdict() for one in choice.rejected]
     more = {"candidate": candidate.name, "budget": asdict(budget), "rejected": rejected}
-    return write_fit(done, store.reference, judged, paths, more=more)
+    return write_fit(done, store.reference, whole, paths, more=more)

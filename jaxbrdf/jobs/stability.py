@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import contextlib
+from functools import partial
 from typing import Any
 
 import jax
 import numpy as np
+import pyopencl as cl
 
-from jaxbrdf.checks.parity import RELATIVE, demanding_queries, jax_values, opencl_parity
-from jaxbrdf.checks.suite import Subject, Verdict, run_checks
+from jaxbrdf.checks.chi_square import chi_square_of_draws, significance_of_each
+from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_queries, jax_densities, jax_values, opencl_parity
+from jaxbrdf.checks.partition import partition_around
+from jaxbrdf.checks.precision import coordinate_slack
+from jaxbrdf.checks.suite import SIGNIFICANCE, VIEWERS, Subject, Verdict, run_checks, viewer
 from jaxbrdf.errors import DataError, OpenCLError
+from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.source import Source, is_bundle_content, open_source
-from jaxbrdf.models.table import is_reciprocal
-from jaxbrdf.opencl.platform import choose
+from jaxbrdf.models.table import MODELS, is_reciprocal
+from jaxbrdf.opencl.platform import choose, context_of
+from jaxbrdf.opencl.sampler import Sampler
+from jaxbrdf.types import Query
 
 SEED = 20_260_102
 
@@ -43,19 +51,47 @@ def stability(name: str, reporter: Reporter) -> dict[str, Any]:
 
 def _subject(source: Source) -> Subject:
     """What a bundle's model promises; measured values and sums of lobes promise nothing."""
-    reciprocal = source.bundle is not None and is_reciprocal(source.bundle.manifest.model)
-    return Subject(source.material, reciprocal=reciprocal)
+    if source.bundle is None:
+        return Subject(source.material)
+    manifest, params, parts = source.bundle
+    slack = None
+    if manifest.model in MODELS:
+        slack = partial(coordinate_slack, MODELS[manifest.model].build(manifest.config), params)
+    reciprocal, conserving = is_reciprocal(manifest.model), parts.scale is not None
+    return Subject(source.material, reciprocal=reciprocal, conserving=conserving, slack=slack)
 
 
 def _device(bundle: Bundle) -> list[Verdict]:
     """The bundle's kernel against JAX in float64, where there is a device."""
     query = demanding_queries(jax.random.key(SEED), count=4096)
+    verdicts = []
     with contextlib.suppress(OpenCLError):
-        worst = opencl_parity(bundle, choose(), query, jax_values(bundle, query))
-        return [
-            Verdict("opencl", worst.violation <= 1.0, worst.violation * RELATIVE, RELATIVE, "kernel against float64")
-        ]
-    return []
+        device = choose()
+        worst = opencl_parity(bundle, device, query, jax_values(bundle, query)).violation * RELATIVE
+        verdicts.append(Verdict("opencl", worst <= RELATIVE, worst, RELATIVE, "kernel against float64"))
+        if bundle.parts.sampler is not None:
+            verdicts += _device_sampler(bundle, device, query)
+    return verdicts
+
+
+def _device_sampler(bundle: Bundle, device: cl.Device, query: Query) -> list[Verdict]:
+    """The sampler's kernels: densities against JAX in float64, and draws against their densities."""
+    sampler, made = Sampler.load(bundle, context_of(device)), bundles.material(bundle)
+    expected = jax_densities(bundle, query)
+    loss = np.abs(sampler.pdf(np.asarray(query.wi), np.asarray(query.wo)) - expected) / (expected + ABSOLUTE)
+    worst = float(np.nan_to_num(loss, nan=np.inf).max())
+    chances = []
+    for theta in VIEWERS:
+        wo = viewer(theta)
+        u = np.random.default_rng(SEED).uniform(size=(2**17, 3)).astype(np.float32)
+        drawn = sampler.sample(np.broadcast_to(wo, u.shape), u).wi.astype(np.float64)
+        around = partition_around(drawn, wo)
+        chances.append(chi_square_of_draws(drawn, made.brdf, made.params, wo, partition=around, points=32).p_value)
+    least = significance_of_each(SIGNIFICANCE, len(chances))
+    return [
+        Verdict("opencl pdf", worst <= RELATIVE, worst, RELATIVE, "density against float64"),
+        Verdict("opencl draws", min(chances) > least, min(chances), least, f"least of {len(chances)} chi-squares"),
+    ]
 
 
 def _result(name: str, verdicts: list[Verdict]) -> dict[str, Any]:

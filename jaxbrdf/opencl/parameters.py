@@ -89,6 +89,7 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
             macros |= texels.write(place, *_texture(place, value))
         elif value is not None:
             macros |= weights.write(place, {}, np.reshape(value, 1))
+    macros |= _write_scale(bundle, weights)
     values = weights.values()
     macros["JB_WEIGHT_COUNT"] = str(values.size)
     if texels.size == 0:
@@ -103,6 +104,7 @@ def _of_analytic(bundle: Bundle, macros: dict[str, str]) -> Parameters:
     own, weights = analytic.constants(bundle), _Writer()
     for place, array in own.arrays.items():
         macros |= weights.write(place, {}, array)
+    macros |= _write_scale(bundle, weights)
     return Parameters(macros | own.macros | {"JB_WEIGHT_COUNT": str(weights.size)}, weights.values())
 
 
@@ -122,6 +124,12 @@ class _Writer:
 
     def values(self) -> np.ndarray:
         return np.concatenate([np.zeros(0, np.float32), *self._parts], dtype=np.float32)
+
+
+def _write_scale(bundle: Bundle, weights: _Writer) -> dict[str, str]:
+    """The energy scale's place, if there is one."""
+    scale = bundle.parts.scale
+    return {} if scale is None else weights.write("JB_SCALE", {}, np.ravel(scale.weights))
 
 
 def _fields(bundle: Bundle) -> dict[str, Any]:

@@ -14,12 +14,22 @@ def fit_report(result: dict[str, Any]) -> str:
     errors, cost, files = result["errors"], result["cost"], result["files"]
     lines = [f"{title:9s} {errors[name]:.6f} +- {errors[f'{name}_standard_error']:.6f}" for name, title in ERRORS]
     lines.append(f"FLIP      {errors['image_flip']:.4f}   SSIM {errors['image_ssim']:.4f}   (sphere in the studio)")
+    lines.append(_energy(result))
     lines.append(f"fitting   {cost['fit_seconds']:.1f} s, compilation {cost['compile_seconds']:.1f} s")
     lines.append(f"JAX       {_rate(cost['jax_ns_per_evaluation'])} on this processor")
     nanoseconds, device = cost.get("opencl_ns_per_evaluation"), result["opencl_device"]
     lines.append(f"OpenCL    {_rate(nanoseconds)} on {device}" if nanoseconds else f"OpenCL    {device}")
     lines += [f"bundle    {files['bundle']}", f"report    {files['report']}", f"picture   {files['picture']}"]
     return "\n".join([*lines, *_search(result)])
+
+
+def _energy(result: dict[str, Any]) -> str:
+    """The most light that any viewer gets back, and what it cost to keep that at one."""
+    largest = f"albedo    {max(result['largest_albedo']):.3f} at most"
+    before = result.get("without_energy_scale")
+    if before is None:
+        return largest
+    return f"{largest}; without the energy scale MAE {before['mae']:.6f}, SMAPE {before['smape']:.6f}"
 
 
 def _search(result: dict[str, Any]) -> list[str]:

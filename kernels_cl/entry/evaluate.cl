@@ -1,11 +1,17 @@
 // The kernel of one material: f of `count` pairs of directions, whose arrays are planar or interleaved (queries.cl).
 // `parameters` holds the weights and, from JB_TEXELS on, the texels. Needs the material's JB_NAME(model).
 #include "queries.cl"
+#include "scale.cl"
 
 #ifdef JB_TEXELS
 #define JB_MODEL(wi, wo) JB_NAME(model)(wi, wo, weights, (__global const jb_stored *)(parameters + JB_TEXELS))
 #else
 #define JB_MODEL(wi, wo) JB_NAME(model)(wi, wo, weights)
+#endif
+#ifdef JB_SCALE
+#define JB_REFLECTANCE(wi, wo) jb_scaled(weights + JB_SCALE, wi, wo, JB_MODEL(wi, wo))
+#else
+#define JB_REFLECTANCE(wi, wo) JB_MODEL(wi, wo)
 #endif
 
 __kernel __attribute__((reqd_work_group_size(JB_GROUP, 1, 1))) void JB_NAME(evaluate)(
@@ -24,7 +30,8 @@ __kernel __attribute__((reqd_work_group_size(JB_GROUP, 1, 1))) void JB_NAME(eval
     if (first < count) {
         const jb_real3 light = jb_load_directions(wi, first, count, is_interleaved);
         const jb_real3 view = jb_load_directions(wo, first, count, is_interleaved);
-        jb_store_colours(f, first, count, is_interleaved, JB_MODEL(light, view));
+        jb_store_colours(f, first, count, is_interleaved, JB_REFLECTANCE(light, view));
     }
 }
 #undef JB_MODEL
+#undef JB_REFLECTANCE

@@ -82,4 +82,36 @@ JB_INLINE jb_real jb_upper_atan2(const jb_real y, const jb_real x) {
     return x < 0.0f ? 3.14159274f - angle : angle;
 }
 
+// Sine and cosine of an angle.
+typedef struct {
+    jb_real cos;
+    jb_real sin;
+} jb_Angle;
+
+// Of 2 pi turn for |turn| <= 1, each within 2e-7: of the distance to the nearest quarter, and then as many quarters on.
+JB_INLINE jb_Angle jb_angle_of_turn(const jb_real turn) {
+    const jb_real rounded = 4.0f * turn + JB_ROUNDER;
+    const jb_integer quarter = JB_AS_INTEGER(rounded);
+    const jb_real t = turn - 0.25f * (rounded - JB_ROUNDER);
+    const jb_real t2 = t * t;
+    const jb_real s = t * (6.2831854820251465f + t2 * (-41.3416633605957f + t2 * (81.59235382080078f + t2 * -75.39361572265625f)));
+    const jb_real c = 1.0f + t2 * (-19.73916244506836f + t2 * (64.92242431640625f + t2 * -83.62918853759766f));
+    const jb_integer is_odd = (quarter & 1) == 1, is_second_half = (quarter & 2) == 2;
+    const jb_real x = is_odd ? -s : c, y = is_odd ? c : s;
+    const jb_Angle angle = {is_second_half ? -x : x, is_second_half ? -y : y};
+    return angle;
+}
+
+// tanh(x) to 5e-7 relative: a series near zero, where the other form would cancel.
+JB_INLINE jb_real jb_tanh(const jb_real x) {
+    const jb_real x2 = x * x;
+    const jb_real near = x * (1.0f + x2 * (-0.333333333f + x2 * (0.133333333f + x2 * (-0.0539682540f + x2 * 0.0218694885f))));
+    const jb_real grown = jb_exp2(jb_at_most(2.88539008f * jb_abs(x), 60.0f));
+    const jb_real far = 1.0f - 2.0f / (grown + 1.0f);
+    return jb_abs(x) < 0.4f ? near : (x < 0.0f ? -far : far);
+}
+
+// 1 / (1 + exp(-x)).
+JB_INLINE jb_real jb_sigmoid(const jb_real x) { return 1.0f / (1.0f + jb_exp2(-1.44269504f * x)); }
+
 #endif

@@ -62,15 +62,15 @@ def test_an_untouched_rewrite_is_read():
 @pytest.mark.parametrize(
     ("manifest", "fault"),
     [
-        (changed("schema", value=2), "schema 2 is newer than this jaxbrdf, which reads up to 1"),
+        (changed("schema", value=3), "schema 3 is newer than this jaxbrdf, which reads up to 2"),
         (changed("schema", value="1"), "schema is '1', not a version"),
         (changed("schema", value=True), "schema is True, not a version"),
         (without("schema"), "schema is None, not a version"),
         (changed("model", value="zeltner"), "model 'zeltner' is unknown"),
         (changed("model", value=["gated"]), "model ['gated'] is unknown"),
         (changed("model", value="tripleplane"), "config has an unknown entry"),
-        (changed("conventions", "value", value="f cos"), "its conventions are not those of schema 1"),
-        (without("conventions"), "its conventions are not those of schema 1"),
+        (changed("conventions", "value", value="f cos"), "its conventions are not those of this jaxbrdf"),
+        (without("conventions"), "its conventions are not those of this jaxbrdf"),
         (changed("isotropic", value=True), "isotropic is True, its config says False"),
         (without("config", "hidden"), "config.hidden is missing"),
         (changed("config", "wings", value=2), "config has an unknown entry 'wings'"),

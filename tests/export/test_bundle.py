@@ -61,7 +61,7 @@ def test_other_programs_read_the_file(tmp_path: Path):
     with safetensors.safe_open(tmp_path / "a.safetensors", "numpy") as file:
         manifest = json.loads(file.metadata()["jaxbrdf"])
         h = file.get_tensor("h")
-    assert (manifest["schema"], manifest["model"], manifest["isotropic"]) == (1, "gated", False)
+    assert (manifest["schema"], manifest["model"], manifest["isotropic"]) == (2, "gated", False)
     assert manifest["config"]["textures"]["d_azimuths"] == 7
     assert h.shape == (2, 4, 5)
     assert (h[:, 0] == h[:, 0, :1]).all()

@@ -16,7 +16,7 @@ from jaxbrdf import cli
 from jaxbrdf.errors import BudgetError, FitError, JaxbrdfError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.jobs import fitting, judge, price, search, store
+from jaxbrdf.jobs import finishing, fitting, judge, price, search, store
 from jaxbrdf.jobs.budget import Budget, Rejected, check_budget, within_price
 from jaxbrdf.jobs.candidate import Candidate
 from jaxbrdf.jobs.fit import FitResult
@@ -25,7 +25,7 @@ from jaxbrdf.jobs.grid import CAPABILITY
 from jaxbrdf.jobs.price import Price
 from jaxbrdf.opencl.parameters import stored_precision
 from jaxbrdf.types import Material
-from tests.jobs.tiny import PICTURES, Listener, hasten_judge, let_diverge, pretend_to_train, run_json
+from tests.jobs.tiny import PICTURES, Listener, hasten_finishing, hasten_judge, let_diverge, pretend_to_train, run_json
 
 NAIVE, NBRDF, PAPER, OWN = Candidate("naive-mlp"), Candidate("nbrdf"), Candidate("gated"), Candidate("gated", (16, 16))
 GRID = (NAIVE, NBRDF, PAPER, OWN)
@@ -51,6 +51,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(search, "CAPABILITY", GRID)
     monkeypatch.setattr(price, "opencl_prices", opencl_prices)
     hasten_judge(partial(monkeypatch.setattr, judge))
+    hasten_finishing(partial(monkeypatch.setattr, finishing))
     monkeypatch.setattr(judge, "draw", lambda _: None)
     monkeypatch.setattr(judge, "judgement", judgement)
     return tmp_path

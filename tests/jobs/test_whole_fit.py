@@ -27,6 +27,7 @@ from tests.jobs.tiny import LONG, Listener
 from tests.source import ROOT
 
 COMMAND = [sys.executable, str(ROOT / "tests" / "jobs" / "tiny_command.py"), "fit", "gold", "--preset", "long"]
+COMMAND.append("--no-sampler")
 PATIENCE = 300.0
 
 Start = Callable[..., subprocess.Popen[str]]
@@ -39,7 +40,8 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> FitResult:
         patch.setitem(PRESETS, "long", lambda: LONG)
         patch.setattr(judge, "SIZE", 32)
         patch.setattr(judge, "SAMPLES", 4)
-        return fit(FitConfig("gold", str(tmp_path_factory.mktemp("fit") / "whole"), preset="long"), Listener())
+        out = str(tmp_path_factory.mktemp("fit") / "whole")
+        return fit(FitConfig("gold", out, preset="long", sampler=False), Listener())
 
 
 @pytest.fixture

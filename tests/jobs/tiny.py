@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from jaxbrdf import cli
+from jaxbrdf.brdf.albedo_table import AlbedoTable
 from jaxbrdf.checks.parity import random_params
 from jaxbrdf.errors import FitError
 from jaxbrdf.fit.loop import LoopConfig
@@ -19,6 +20,7 @@ from jaxbrdf.fit.presets import PRESETS
 from jaxbrdf.jobs import judge, store
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.training import Task, Trained
+from jaxbrdf.sampling.view_proxy import ViewProxy
 
 TINY = dataclasses.replace(
     PRESETS["quick"](), name="tiny", steps=600, pool=2**14, loop=LoopConfig(batch=512, microbatch=128, ema=0.02)
@@ -44,6 +46,16 @@ def hasten_judge(replace: Callable[[str, Any], object], *, pairs: int = 2**16) -
     replace("light", lambda _: None)
     replace("pictures", lambda fits, _: dict.fromkeys(fits, PICTURES))
     replace("evaluation_cost", lambda _: {"jax_ns_per_evaluation": 100.0})
+
+
+def hasten_finishing(replace: Callable[[str, Any], object]) -> None:
+    """Makes up the albedo and the sampler of finished bundles.
+
+    Args:
+        replace: of an attribute of the finishing's module.
+    """
+    replace("tabulate_albedo", lambda *_, **__: AlbedoTable(np.full((1, 2, 3), 0.5, np.float32)))
+    replace("fit_proxy", lambda *_, **__: ViewProxy(np.zeros((1, 2, 9), np.float32)))
 
 
 def pretend_to_train(replace: Callable[[str, Any], object]) -> list[str]:

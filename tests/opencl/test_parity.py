@@ -6,9 +6,11 @@ import jax
 import numpy as np
 import pytest
 
+from jaxbrdf.brdf.energy_scale import TERMS, EnergyScale
 from jaxbrdf.checks.hard import hard_queries
 from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_queries, jax_values, opencl_parity, random_params
 from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
+from jaxbrdf.export.parts import Parts
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
 from jaxbrdf.opencl import Material, material, tuning
 from jaxbrdf.opencl.shape import Shape
@@ -98,3 +100,14 @@ def test_nothing_is_reflected_below_the_horizon(opencl: Device, variant: str):
     assert (f[~lit] == 0).all()
     assert (f[lit] > 0).all()
     assert np.isfinite(f).all()
+
+
+def test_an_energy_scale_is_applied_and_costs_nothing_where_it_is_not(opencl: Device):
+    weights = np.random.default_rng(2).normal(0.0, 1.0, (TERMS, 3)).astype(np.float32)
+    plain = stored("gated isotropic")
+    bundle = plain._replace(parts=Parts(scale=EnergyScale(weights)))
+    few = few_queries()
+    assert opencl_parity(bundle, opencl.device, few, jax_values(bundle, few)).violation <= 1.0
+    macro = "define JB_SCALE "
+    assert macro in Material.load(bundle, opencl.context).source()
+    assert macro not in Material.load(plain, opencl.context).source()

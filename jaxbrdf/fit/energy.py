@@ -1,0 +1,104 @@
+"""The least energy scale that leaves no directional albedo above one.
+
+With c = exp(-s) a viewer at t gets back c(t) A(t), A(t) = integral f c(wi) cos(wi) over wi. The least s >= 0 that keeps
+this at most one everywhere is the fixed point s = max(0, log A); s <- (s + max(0, log A)) / 2 goes there. A spline that
+is nowhere below it darkens the light more, so its A is smaller, and the bound holds for it all the more; of these
+splines the one that darkens least is the solution of a linear programme.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import linprog
+
+from jaxbrdf.brdf.albedo_table import AZIMUTHS, ELEVATIONS, table_views
+from jaxbrdf.brdf.energy_scale import EnergyScale, scale_terms
+from jaxbrdf.core.grazing import grazing
+from jaxbrdf.core.numerics import safe_divide
+from jaxbrdf.sampling.lights import lights_of_view
+from jaxbrdf.types import Params, Query
+
+LIGHTS = 2**14
+"""Directions to the light that are summed for a viewer: off by 1.3e-3 at most (`jaxbrdf.brdf.albedo_table`)."""
+
+MARGIN = 2e-3
+"""Kept below one, for that and for what lies between the nodes."""
+
+ROUNDS = 40
+CHANGE = 1e-5
+"""Of s, below which the iteration has arrived: each round halves what is missing."""
+
+
+class _Light(NamedTuple):
+    """f cos / density over the number of lights, `(V, n, 3)`, and t of each light `(V, n)`, for V viewers."""
+
+    light: jax.Array
+    t: jax.Array
+
+
+def fit_energy_scale(
+    evaluate: Callable[[Params, Query], jax.Array], params: Params, *, isotropic: bool, lights: int = LIGHTS
+) -> EnergyScale | None:
+    """The scale of the reflectance `evaluate(params, query)`; None where no albedo is above 1 - `MARGIN`.
+
+    It depends on elevations alone: of an anisotropic material the brightest of `AZIMUTHS` azimuths counts.
+    """
+    views = table_views(ELEVATIONS, 1 if isotropic else AZIMUTHS)
+    loss = np.asarray(_fixed_point(evaluate, lights, params, views), np.float64)
+    if not loss.any():
+        return None
+    return EnergyScale(jnp.asarray(_envelope(loss) / np.log(2.0), jnp.float32))
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _fixed_point(
+    evaluate: Callable[[Params, Query], jax.Array], lights: int, params: Params, views: jax.Array
+) -> jax.Array:
+    """s at the elevations of `views` `(P, K, 3)`, `(K, 3)`."""
+
+    def of_view(wo: jax.Array) -> _Light:
+        wi, density = lights_of_view(wo, lights)
+        f = evaluate(params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
+        return _Light(f * safe_divide(jnp.maximum(wi[:, 2], 0.0), density * lights)[:, None], grazing(wi))
+
+    turns, elevations, _ = views.shape
+    light, t = jax.lax.map(of_view, views.reshape(-1, 3))
+    step = t * (elevations - 1)
+    low = jnp.clip(jnp.floor(step), 0, elevations - 2)
+    k, along = low.astype(jnp.int32), (step - low)[..., None]
+
+    def log_albedo(s: jax.Array) -> jax.Array:
+        c = jnp.exp(-(s[k] * (1.0 - along) + s[k + 1] * along))
+        total = jnp.sum(light * c, axis=1).reshape(turns, elevations, 3)
+        return jnp.log(jnp.maximum(jnp.max(total, axis=0), 1e-6)) + MARGIN
+
+    def goes_on(state: tuple[jax.Array, jax.Array, jax.Array]) -> jax.Array:
+        return (state[0] < ROUNDS) & (state[1] > CHANGE)
+
+    def halfway(state: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array, jax.Array]:
+        count, _, s = state
+        after = 0.5 * (s + jnp.maximum(log_albedo(s), 0.0))
+        return count + 1, jnp.max(jnp.abs(after - s)), after
+
+    return jax.lax.while_loop(goes_on, halfway, (jnp.int32(0), jnp.float32(1.0), jnp.zeros((elevations, 3))))[2]
+
+
+def _envelope(loss: np.ndarray) -> np.ndarray:
+    """Weights `(TERMS, 3)` of the spline of least mean that is nowhere below `loss` `(K, 3)` nor below zero."""
+    t = np.minimum(np.linspace(0.0, 1.0, len(loss)), float(grazing(jnp.zeros(3))))
+    between = np.linspace(0.0, 1.0, 4 * (len(loss) - 1) + 1)
+    terms = np.asarray(scale_terms(jnp.asarray(between)), np.float64)
+    weights = []
+    for channel in loss.T:
+        least = np.interp(between, t, channel)
+        # cos dwi is what a uniform surrounding weighs an elevation with; nowhere nothing
+        share = np.gradient(-((1.0 - between) ** 8)) + 1e-4
+        found = linprog(share @ terms, A_ub=-terms, b_ub=-least, bounds=(None, None), method="highs")
+        weights.append(found.x)
+    return np.stack(weights, axis=-1)
