@@ -33,7 +33,7 @@ fit: setup
 	$(BIN)/jaxbrdf fit $(INPUT) -o $(OUT)
 
 test: setup
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 lint: setup
 	$(BIN)/ruff check .
