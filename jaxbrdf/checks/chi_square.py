@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
-from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.checks.compiled import densities, draws
 from jaxbrdf.checks.partition import Partition, polar
 from jaxbrdf.types import Brdf, Params, Query
 
@@ -53,13 +53,30 @@ def chi_square(
     Raises:
         ValueError: the BRDF has no sampler.
     """
-    sampler = sampler_of(brdf)
     partition = polar() if partition is None else partition
+    mass = expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
+    return chi_square_of_mass(key, brdf, params, wo, mass, partition=partition, samples=samples)
+
+
+def chi_square_of_mass(
+    key: jax.Array,
+    brdf: Brdf,
+    params: Params,
+    wo: jax.Array,
+    mass: np.ndarray,
+    *,
+    partition: Partition,
+    samples: int = 200_000,
+) -> ChiSquare:
+    """`chi_square` with the cells' `expected_mass` known, so that several keys share it.
+
+    Raises:
+        ValueError: the BRDF has no sampler.
+    """
     u = jax.random.uniform(key, (samples, 3), wo.dtype)
-    viewer = jnp.broadcast_to(wo, (samples, 3))
-    drawn = np.asarray(jax.jit(sampler.sample)(params, Query(viewer, viewer), u).wi, np.float64)
-    observed, lost = _observed(drawn, partition, cells)
-    expected = samples * expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
+    drawn = np.asarray(draws(brdf, params, jnp.broadcast_to(wo, (samples, 3)), u).wi, np.float64)
+    observed, lost = _observed(drawn, partition, round(len(mass) ** 0.5))
+    expected = samples * mass
     return pearson(np.append(observed, lost), np.append(expected, max(samples - expected.sum(), 0.0)))
 
 
@@ -93,6 +110,6 @@ def expected_mass(
     side = (np.arange(cells * points) + 0.5) / (cells * points)
     directions, area = partition.place(np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2))
     wi = jnp.asarray(directions, wo.dtype)
-    density = jax.jit(sampler_of(brdf).pdf)(params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
+    density = densities(brdf, params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
     mass = np.where(np.asarray(wi)[:, 2] > 0, np.asarray(density, np.float64), 0.0) * area / len(side) ** 2
     return mass.reshape(cells, points, cells, points).sum((1, 3)).ravel()

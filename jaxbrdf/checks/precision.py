@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxbrdf.checks.compiled import values
 from jaxbrdf.types import Brdf, Params, Query
 
 NEGLIGIBLE = 1e-20
@@ -16,16 +15,11 @@ NEGLIGIBLE = 1e-20
 
 def relative_loss(brdf: Brdf, params: Params, query: Query) -> np.ndarray:
     """|f32 - f64| / (f64 + `NEGLIGIBLE`), the largest of the channels, `(n,)`; infinite where one is not finite."""
-    single = np.asarray(jax.jit(brdf.eval)(params, query), np.float64)
+    single = np.asarray(values(brdf, params, query), np.float64)
     with jax.enable_x64(True):
-        wide = jax.tree.map(_widened, (params, query))
-        double = np.asarray(jax.jit(partial(_eval, brdf))(*wide))
+        double = values(brdf, *jax.tree.map(_widened, (params, query)))
     loss = np.abs(single - double) / (np.abs(double) + NEGLIGIBLE)
     return np.nan_to_num(loss, nan=np.inf).max(axis=-1)
-
-
-def _eval(brdf: Brdf, params: Params, query: Query) -> jax.Array:
-    return brdf.eval(params, query)
 
 
 def _widened(leaf: jax.Array) -> jax.Array:
