@@ -53,6 +53,19 @@ def mitsuba_spectral() -> Iterator[ModuleType]:
     yield from _variant("scalar_spectral")
 
 
+@pytest.fixture
+def mitsuba_arrays() -> Iterator[ModuleType]:
+    """Mitsuba on arrays, compiled by LLVM, which must be installed (PoCL's package brings it)."""
+    for mi in _variant("llvm_ad_rgb"):
+        try:
+            mi.Float([1.0, 2.0]) + 1.0
+        except RuntimeError as error:
+            if os.environ.get("CI"):
+                raise
+            pytest.skip(f"Mitsuba finds no LLVM: {error}")
+        yield mi
+
+
 def _variant(name: str) -> Iterator[ModuleType]:
     before = mitsuba.variant()
     mitsuba.set_variant(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -31,12 +32,12 @@ def _draw(brdf: Brdf, params: Params, wo: jax.Array, u: jax.Array) -> Sample:
 
 
 def values(brdf: Brdf, params: Params, query: Query) -> np.ndarray:
-    """f, `(n, 3)`, of a query of shape `(n, 3)`."""
+    """f, `(..., 3)`, of a query of shape `(..., 3)`; parameters have no batch shape, here as below."""
     return _in_chunks(lambda q: _evaluate(brdf, params, q), query)
 
 
 def densities(brdf: Brdf, params: Params, query: Query) -> np.ndarray:
-    """The sampler's density, `(n,)`.
+    """The sampler's density, `(...)`.
 
     Raises:
         ValueError: the BRDF has no sampler.
@@ -45,7 +46,7 @@ def densities(brdf: Brdf, params: Params, query: Query) -> np.ndarray:
 
 
 def draws(brdf: Brdf, params: Params, wo: jax.Array, u: jax.Array) -> Sample:
-    """One draw for each viewer `(n, 3)` and each u `(n, 3)`, as numpy arrays.
+    """One draw for each viewer `(..., 3)` and each u `(..., 3)`, as numpy arrays.
 
     Raises:
         ValueError: the BRDF has no sampler.
@@ -53,13 +54,16 @@ def draws(brdf: Brdf, params: Params, wo: jax.Array, u: jax.Array) -> Sample:
     return _in_chunks(lambda q: _draw(brdf, params, *q), (wo, u))
 
 
-def _in_chunks(function: Callable[[Any], Any], arguments: Any) -> Any:
-    """`function` of arrays `(n, ...)`, the last chunk filled up with the last row."""
-    count = len(jax.tree.leaves(arguments)[0])
-    chunks = [jax.tree.map(np.asarray, function(_rows(arguments, start, count))) for start in range(0, count, CHUNK)]
-    return jax.tree.map(lambda *parts: np.concatenate(parts)[:count], *chunks)
+def _in_chunks(function: Callable[[Any], Any], vectors: Any) -> Any:
+    """`function` of arrays `(..., 3)`, the last chunk filled up with the last row."""
+    batch = jnp.broadcast_shapes(*(leaf.shape[:-1] for leaf in jax.tree.leaves(vectors)))
+    flat = jax.tree.map(lambda leaf: np.broadcast_to(np.asarray(leaf), (*batch, 3)).reshape(-1, 3), vectors)
+    count = math.prod(batch)
+    chunks = [jax.tree.map(np.asarray, function(_rows(flat, start, count))) for start in range(0, count, CHUNK)]
+    whole = jax.tree.map(lambda *parts: np.concatenate(parts)[:count], *chunks)
+    return jax.tree.map(lambda leaf: leaf.reshape(*batch, *leaf.shape[1:]), whole)
 
 
-def _rows(arguments: Any, start: int, count: int) -> Any:
+def _rows(flat: Any, start: int, count: int) -> Any:
     rows = np.minimum(np.arange(start, start + CHUNK), count - 1)
-    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)[rows]), arguments)
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf[rows]), flat)

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxbrdf.checks.chi_square import chi_square_of_mass, expected_mass, significance_of_each
-from jaxbrdf.checks.compiled import densities, draws, values
+from jaxbrdf.checks.compiled import draws
 from jaxbrdf.checks.derivative import derivative_mismatch, parameter_mismatch
 from jaxbrdf.checks.extremes import extremes
 from jaxbrdf.checks.finite import find_faults, find_faults_of_any
@@ -21,6 +21,8 @@ from jaxbrdf.checks.hard import HARD_QUERIES
 from jaxbrdf.checks.parity import demanding_queries
 from jaxbrdf.checks.partition import Partition, polar
 from jaxbrdf.checks.precision import relative_loss
+from jaxbrdf.checks.reciprocity import asymmetry
+from jaxbrdf.checks.sampler import sampler_mismatch
 from jaxbrdf.core.directions import spherical
 from jaxbrdf.types import Material, Params, Query
 
@@ -111,8 +113,7 @@ def _derivative(key: jax.Array, subject: Subject) -> list[Verdict]:
 
 def _reciprocity(key: jax.Array, subject: Subject) -> list[Verdict]:
     query = demanding_queries(key, count=2048)
-    there, back = (values(*subject.material[1:3], Query(*pair)) for pair in (query[:2], query[1::-1]))
-    found = (np.abs(there - back) / np.where(there + back > 0, there + back, 1.0)).max(axis=-1)
+    found = asymmetry(*subject.material[1:3], query).max(axis=-1)
     worst = int(np.argmax(found))
     bound = subject.loss if subject.reciprocal else np.nan
     return [_at_most("reciprocity", float(found[worst]), bound, _place(query, worst))]
@@ -160,12 +161,8 @@ def _weight(key: jax.Array, subject: Subject) -> list[Verdict]:
         return []
     brdf, params = subject.material[1:3]
     wo = jnp.repeat(jnp.stack([_viewer(theta) for theta in VIEWERS]), 2048, axis=0)
-    drawn = draws(brdf, params, wo, jax.random.uniform(key, (len(wo), 3)))
-    query = Query(jnp.asarray(drawn.wi), wo)
-    light = values(brdf, params, query) * np.maximum(drawn.wi[:, 2:], 0.0)
-    by_pdf = _mismatch(drawn.pdf, densities(brdf, params, query))
-    by_weight = _mismatch(drawn.weight * drawn.pdf[:, None], light).max(axis=-1)
-    worst = float(np.quantile(np.maximum(by_pdf, by_weight), 0.99))
+    mismatch = sampler_mismatch(brdf, params, wo, jax.random.uniform(key, wo.shape))
+    worst = float(np.quantile(np.maximum(*mismatch), 0.99))
     return [_at_most("weight", worst, 1e-2, "99th percentile")]
 
 
@@ -190,12 +187,6 @@ def _is_floating(params: Params) -> bool:
 
 def _at_most(check: str, value: float, bound: float, note: str) -> Verdict:
     return Verdict(check, None if np.isnan(bound) else bool(value <= bound), value, bound, note)
-
-
-def _mismatch(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """|a - b| over the larger of the two, zero where both vanish."""
-    larger = np.maximum(np.abs(a), np.abs(b))
-    return np.abs(a - b) / np.where(larger > 0, larger, 1.0)
 
 
 def _can_sample(subject: Subject) -> bool:

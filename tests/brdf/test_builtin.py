@@ -11,13 +11,6 @@ from jaxbrdf.brdf.builtin import MATERIALS
 from jaxbrdf.brdf.composite import CompositeParams, composite
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.brdf.microfacet import MICROFACET, ggx
-from jaxbrdf.checks.chi_square import chi_square, significance_of_each
-from jaxbrdf.checks.finite import find_faults
-from jaxbrdf.checks.furnace import directional_albedo
-from jaxbrdf.checks.partition import half_vector
-from jaxbrdf.checks.reciprocity import asymmetry
-from jaxbrdf.checks.sampler import sampler_mismatch
-from jaxbrdf.core.directions import spherical
 from jaxbrdf.core.fresnel import Schlick
 from jaxbrdf.sampling.pairs import draw_weighted
 from jaxbrdf.types import Brdf, Query
@@ -34,39 +27,6 @@ def draw_queries(seed: int) -> Query:
 def turned(w: jax.Array, angle: float) -> jax.Array:
     c, s = np.cos(angle), np.sin(angle)
     return w @ jnp.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]], w.dtype)
-
-
-@pytest.mark.parametrize("name", MATERIALS)
-def test_common_checks(name: str):
-    material = MATERIALS[name]()
-    assert material.name == name
-    assert find_faults(material.brdf, material.params) == []
-    query = draw_queries(0)
-    assert float(jnp.max(jax.jit(asymmetry, static_argnums=0)(material.brdf, material.params, query))) < 1e-5
-    wo = jnp.broadcast_to(spherical(jnp.array(VIEWERS), jnp.zeros(3))[:, None], (3, 2000, 3))
-    u = jax.random.uniform(jax.random.key(1), (3, 2000, 3))
-    mismatch = jax.jit(sampler_mismatch, static_argnums=0)(material.brdf, material.params, wo, u)
-    assert float(jnp.max(jnp.stack(mismatch))) < 1e-3
-
-
-@pytest.mark.parametrize("theta", VIEWERS)
-@pytest.mark.parametrize("name", MATERIALS)
-def test_sampler_agrees_with_its_density(name: str, theta: float):
-    material = MATERIALS[name]()
-    wo = spherical(jnp.array(theta), jnp.array(0.7))
-    cells = half_vector(tuple(np.asarray(wo, float)), *SPREAD[name])
-    result = chi_square(jax.random.key(2), material.brdf, material.params, wo, partition=cells)
-    assert result.p_value > significance_of_each(0.01, 9), result
-
-
-@pytest.mark.parametrize("theta", VIEWERS)
-@pytest.mark.parametrize("name", MATERIALS)
-def test_energy_is_plausible(name: str, theta: float):
-    material = MATERIALS[name]()
-    wo = spherical(jnp.array(theta), jnp.array(0.7))
-    albedo = directional_albedo(jax.random.key(3), material.brdf, material.params, wo, samples=50_000)
-    assert np.all(albedo.value < 1.0)
-    assert np.all(albedo.value > 0.03)
 
 
 @pytest.mark.parametrize("name", MATERIALS)

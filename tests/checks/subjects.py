@@ -64,7 +64,7 @@ class Row(NamedTuple):
     Attributes:
         covers: the exported record or maker, or the name of the model or built-in material, that the row is there for.
         make: the subject, new each time.
-        reason: why float32 loses more than 1e-4 here; empty where it does not.
+        reason: why float32 loses more than 1e-4 here, so that the loss is told only; empty where it does not.
     """
 
     covers: Any
@@ -143,10 +143,10 @@ def _brightened(params: Params, factor: float) -> Params:
     return params._replace(mlp=mlp)
 
 
-def drawn_by(proposal: Proposal, params: Params) -> Subject:
+def drawn_by(proposal: Proposal, params: Params, *, loss: float = 1e-4) -> Subject:
     """A proposal whose own density is the reflectance, so that value, gradient and precision are asked of it too."""
     brdf = sampled_by(proposal, partial(_density_of, proposal), lambda own: Proposed(own, own))
-    return Subject(Material("", brdf, params, False), conserving=True)
+    return Subject(Material("", brdf, params, False), conserving=True, loss=loss)
 
 
 def _density_of(proposal: Proposal, params: Params, query: Query) -> jax.Array:
@@ -160,6 +160,8 @@ def proxy_numbers(*numbers: float) -> ProxyParams:
 
 LEANING = proxy_numbers(0.3, 0.4, -0.2, 0.7, 0.2, 0.5, 0.6, 0.3, -0.2)
 UPRIGHT = proxy_numbers(0.5, 0.1, 0.0, 0.5, 0.3, 0.2, -0.3, 0.0, 0.1)
+TURNED_VIEWS = "both directions are turned into the viewer's frame, and opposed grazing ones lose their half vector"
+NEXT_CELL = "a rounding takes a direction into the next cell, where the density is another"
 GRID = ViewGrid(elevations=8, rows=12, columns=16)
 
 
@@ -169,7 +171,7 @@ def over_views() -> ViewProxy:
 
 def tabulated() -> Subject:
     glossy = facets(Ggx(ISOTROPIC))
-    return drawn_by(conditional(GRID), tabulate_conditional(GRID, MICROFACET.eval, glossy))
+    return drawn_by(conditional(GRID), tabulate_conditional(GRID, MICROFACET.eval, glossy), loss=np.nan)
 
 
 def built_in(name: str) -> Subject:
@@ -236,11 +238,15 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
         ),
         "coated metal": Row(
             layered,
-            lambda: reciprocal(COATED_METAL, LayeredParams(Ggx(ISOTROPIC), number(1.5), facets(Ggx(STRETCHED)))),
+            lambda: reciprocal(
+                COATED_METAL, LayeredParams(Ggx(ISOTROPIC), number(1.5), facets(Ggx(STRETCHED))), loss=1e-5
+            ),
         ),
         "coated clay": Row(
             layered,
-            lambda: reciprocal(COATED_CLAY, LayeredParams(Ggx(ISOTROPIC), number(1.5), CLAY, colour(0.1, 0.4, 1.0))),
+            lambda: reciprocal(
+                COATED_CLAY, LayeredParams(Ggx(ISOTROPIC), number(1.5), CLAY, colour(0.1, 0.4, 1.0)), loss=1e-5
+            ),
         ),
         "effects: clay, sheen": Row(STACK, lambda: effects(CLAY, SheenParams(RED, number(0.4)))),
         "effects: film, multiple scattering, coat": Row(
@@ -274,9 +280,11 @@ PROPOSALS: Mapping[str, Row] = MappingProxyType(
         "draws: mirrored normals": Row(MIRRORED_NORMALS, lambda: drawn_by(MIRRORED_NORMALS, normals_of(LEANING))),
         "draws: proxy": Row(PROXY, lambda: drawn_by(PROXY, LEANING)),
         "draws: visible proxy": Row(VISIBLE_PROXY, lambda: drawn_by(VISIBLE_PROXY, LEANING)),
-        "draws: view proxy": Row(VIEW_PROXY, lambda: drawn_by(VIEW_PROXY, over_views())),
-        "draws: visible view proxy": Row(VISIBLE_VIEW_PROXY, lambda: drawn_by(VISIBLE_VIEW_PROXY, over_views())),
-        "draws: conditional table": Row(conditional, tabulated),
+        "draws: view proxy": Row(VIEW_PROXY, lambda: drawn_by(VIEW_PROXY, over_views(), loss=np.nan), TURNED_VIEWS),
+        "draws: visible view proxy": Row(
+            VISIBLE_VIEW_PROXY, lambda: drawn_by(VISIBLE_VIEW_PROXY, over_views(), loss=np.nan), TURNED_VIEWS
+        ),
+        "draws: conditional table": Row(conditional, tabulated, NEXT_CELL),
         "draws: mixture": Row(
             mixture, lambda: drawn_by(ALL, MixtureParams((None, None, Ggx(STRETCHED)), colour(1.0, 0.0, 2.0)))
         ),
