@@ -37,7 +37,6 @@ from jaxbrdf.core.beckmann import Beckmann
 from jaxbrdf.core.fresnel import Dielectric, Schlick, SchlickF82
 from jaxbrdf.core.ggx import Ggx
 from jaxbrdf.core.roughness import Axes, Isotropic, Tensor, Turned
-from jaxbrdf.core.thin_film import ThinFilm
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.table import ANALYTIC, MODELS, brdf_of, config_of, is_reciprocal
 from jaxbrdf.sampling.conditional import ViewGrid, conditional, tabulate_conditional
@@ -90,6 +89,8 @@ SINGULAR = (
     Tensor(number(0.0), number(0.0), number(0.0)),
     Tensor(number(0.2), number(0.2), number(-0.9)),
 )
+LEAST_COLOURS = colour(1e-40, 0.0, 1.0), colour(6e-8, 6e-5, 1.0)
+"""A subnormal number of float32; the least number and the least normal one of float16."""
 THIN = Axes(number(1e-3), number(1.0))
 """Anisotropy of 1000 : 1."""
 
@@ -183,7 +184,9 @@ COATED_METAL, COATED_CLAY = layered(MICROFACET), layered(OREN_NAYAR, diffuse=Tru
 
 BRDFS: Mapping[str, Row] = MappingProxyType(
     {
-        "Lambert": Row(LAMBERT, lambda: reciprocal(LAMBERT, LambertParams(RED))),
+        "Lambert": Row(
+            LAMBERT, lambda: reciprocal(LAMBERT, LambertParams(RED), hard=tuple(map(LambertParams, LEAST_COLOURS)))
+        ),
         "GGX isotropic, Schlick": Row(MICROFACET, lambda: microfacets(Ggx(ISOTROPIC), Schlick(PLAIN))),
         "GGX along axes": Row(MICROFACET, lambda: microfacets(Ggx(STRETCHED), hard=(Ggx(THIN),))),
         "GGX turned, F82": Row(
@@ -197,10 +200,6 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
             lambda: microfacets(Ggx(TENSOR), Dielectric(number(1.5)), hard=tuple(map(Ggx, SINGULAR))),
         ),
         "GGX mean slope": Row(MICROFACET, lambda: microfacets(Ggx(STRETCHED, colour(0.3, -0.2)))),
-        "GGX thin film": Row(
-            MICROFACET, lambda: microfacets(Ggx(ISOTROPIC), ThinFilm(number(350.0), number(1.4), GOLD()))
-        ),
-        "Beckmann isotropic": Row(MICROFACET, lambda: microfacets(Beckmann(ISOTROPIC))),
         "Beckmann tensor": Row(MICROFACET, lambda: microfacets(Beckmann(TENSOR), hard=tuple(map(Beckmann, SINGULAR)))),
         "separable masking": Row(
             SEPARABLE_MICROFACET, lambda: reciprocal(SEPARABLE_MICROFACET, facets(Ggx(STRETCHED), Schlick(PLAIN)))

@@ -14,7 +14,10 @@ import pytest
 import jaxbrdf.brdf
 import jaxbrdf.sampling
 from jaxbrdf.brdf.builtin import MATERIALS
-from jaxbrdf.checks.suite import run_checks
+from jaxbrdf.checks.extremes import extremes
+from jaxbrdf.checks.hard import HARD_QUERIES
+from jaxbrdf.checks.search import search_faults
+from jaxbrdf.checks.suite import Subject, run_checks
 from jaxbrdf.models.table import NAMES
 from jaxbrdf.sampling.proposal import Proposal
 from jaxbrdf.types import Brdf
@@ -42,7 +45,18 @@ def test_every_check(name: str):
     assert bool(SUBJECTS[name].reason) is not (subject.loss <= 1e-4), "a larger loss of float32 needs its reason"
     verdicts = run_checks(jax.random.key(0), subject)
     assert not [verdict for verdict in verdicts if verdict.passed is False]
+    assert not random_faults(subject)
     assert {"finite", "precision", "derivative", "reciprocity", "energy"} <= {verdict.check for verdict in verdicts}
+
+
+def random_faults(subject: Subject) -> int:
+    """Of some 20 000 values and gradients, in rounds of the size that `run_checks` has compiled: a million of all."""
+    _, brdf, params, _ = subject.material
+    leaves = jax.tree.leaves(extremes(params, hard=subject.hard))
+    if not leaves:
+        return 0
+    size = {"variants": len(leaves[0]), "queries": len(HARD_QUERIES)}
+    return search_faults(jax.random.key(1), brdf, params, count=32 * size["variants"] * size["queries"], **size)
 
 
 def modules_of(package: ModuleType) -> Iterator[ModuleType]:
