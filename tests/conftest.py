@@ -14,8 +14,8 @@ import pytest
 from hypothesis import settings
 
 # The suite compiles far more than it runs: with these options of XLA, of another code generator and less optimisation,
-# it takes a third less of the processor. They come and go between releases, and a wrong one ends the process, so they are
-# set for the release that they were measured with. `make check-long` asks the same of what users compile.
+# it takes a third less of the processor. They come and go between releases, and a wrong one ends the process, so they
+# are set for the release that they were measured with. `make check-long` asks the same of what users compile.
 if version("jaxlib").startswith("0.10.") and "XLA_FLAGS" not in os.environ:
     os.environ["XLA_FLAGS"] = "--xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=1"
 

@@ -24,6 +24,7 @@ from jaxbrdf.core.directions import above_horizon, cos_theta
 from jaxbrdf.core.fresnel import diffuse_reflectance
 from jaxbrdf.core.numerics import match_rank
 from jaxbrdf.core.ranges import SHARE, Range
+from jaxbrdf.core.smith import lift
 from jaxbrdf.sampling.hemisphere import cosine_density, square_to_cosine
 from jaxbrdf.types import Brdf, Query, Sample
 
@@ -37,8 +38,8 @@ class SubstrateParams(NamedTuple):
 
 def _reflectance(params: SubstrateParams, query: Query) -> jax.Array:
     """pi f, whatever the horizon."""
-    into = facet_transmittance(jnp.maximum(cos_theta(query.wi), 0.0), params.eta)
-    out_of = facet_transmittance(jnp.maximum(cos_theta(query.wo), 0.0), params.eta)
+    into = facet_transmittance(cos_theta(lift(query.wi)), params.eta)
+    out_of = facet_transmittance(cos_theta(lift(query.wo)), params.eta)
     albedo = match_rank(params.albedo, query.wo.ndim)
     escape = (1.0 - diffuse_reflectance(params.eta)) / (params.eta * params.eta)
     # 1 - R_in albedo in parts: of a dense white body nothing else is left of the difference

@@ -34,6 +34,7 @@ from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
 from jaxbrdf.checks.parity import demanding_params, random_params, with_isotropy
 from jaxbrdf.checks.suite import Subject
 from jaxbrdf.core.beckmann import Beckmann
+from jaxbrdf.core.directions import above_horizon
 from jaxbrdf.core.fresnel import Dielectric, Schlick, SchlickF82
 from jaxbrdf.core.ggx import Ggx
 from jaxbrdf.core.roughness import Axes, Isotropic, Tensor, Turned
@@ -108,6 +109,16 @@ def microfacets(distribution: Any, fresnel: Any = None, *, hard: tuple[Any, ...]
     """Facets of gold if nothing else is said; `hard` are more distributions."""
     own = facets(distribution, fresnel)
     return reciprocal(MICROFACET, own, hard=tuple(own._replace(distribution=d) for d in hard), **promised)
+
+
+def from_above(interface: Brdf, params: InterfaceParams) -> Subject:
+    """What an interface reflects upwards; it has a far side too, which its own tests ask for."""
+
+    def evaluate(own: InterfaceParams, query: Query) -> jax.Array:
+        lit = above_horizon(query.wi, query.wo)[..., None]
+        return jnp.where(lit, interface.eval(own, query), 0.0)
+
+    return reciprocal(Brdf(evaluate), params)
 
 
 def effects(*parts: Any, **promised: Any) -> Subject:
@@ -229,11 +240,11 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
         "substrate": Row(SUBSTRATE, lambda: reciprocal(SUBSTRATE, SubstrateParams(RED, number(1.5)))),
         "rough interface": Row(
             ROUGH_INTERFACE,
-            lambda: reciprocal(ROUGH_INTERFACE, InterfaceParams(Ggx(ISOTROPIC), number(1.5))),
+            lambda: from_above(ROUGH_INTERFACE, InterfaceParams(Ggx(ISOTROPIC), number(1.5))),
         ),
         "rough interface, separable": Row(
             SEPARABLE_ROUGH_INTERFACE,
-            lambda: reciprocal(SEPARABLE_ROUGH_INTERFACE, InterfaceParams(Beckmann(ISOTROPIC), number(0.7))),
+            lambda: from_above(SEPARABLE_ROUGH_INTERFACE, InterfaceParams(Beckmann(ISOTROPIC), number(0.7))),
         ),
         "coated metal": Row(
             layered,
