@@ -1,12 +1,13 @@
 # Everything works on a fresh Debian or Ubuntu with make and Python 3.11 or newer; `make setup` brings the rest into .venv.
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup fit test lint docs notebooks wheel-test clean
+.PHONY: help setup fit test lint docs notebooks wheel-test check-long clean
 
 PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.setup-done
 WORKERS ?= 2
+COUNT ?= 100000000
 
 # a file, or the name of a built-in material
 INPUT ?= gold
@@ -15,6 +16,7 @@ OUT ?= out/$(basename $(notdir $(INPUT)))
 help:
 	@echo "make fit [INPUT=file|name] [OUT=path]   fit a material and write its bundle"
 	@echo "make test                              run the tests"
+	@echo "make check-long [COUNT=n]              search for values and gradients that are not finite, for an hour or so"
 	@echo "make lint | docs | notebooks | wheel-test | setup | clean"
 
 setup: $(STAMP)
@@ -33,7 +35,7 @@ fit: setup
 	$(BIN)/jaxbrdf fit $(INPUT) -o $(OUT)
 
 test: setup
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 lint: setup
 	$(BIN)/ruff check .
@@ -48,6 +50,9 @@ notebooks: setup
 
 wheel-test: setup
 	tests/wheel/run $(BIN)/python
+
+check-long: setup
+	$(BIN)/python -m experiments.check_long --count $(COUNT)
 
 clean:
 	rm -rf .venv build dist site out .pytest_cache .ruff_cache .hypothesis

@@ -1,7 +1,7 @@
 """Named materials composed of the analytic lobes, so that everything works without a file.
 
-Metals take their refractive index at 611, 549 and 464 nm, the dominant wavelengths of the Rec.709 primaries, which is
-close to, and cheaper than, a spectral rendering.
+Metals take their refractive index from `jaxbrdf.brdf.metals`, whose pair for a channel has the spectral reflectance
+under D65 as Rec.709 shows it.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ import jax.numpy as jnp
 
 from jaxbrdf.brdf.composite import CompositeParams, composite
 from jaxbrdf.brdf.domain import checked_material
+from jaxbrdf.brdf.metals import METALS
 from jaxbrdf.brdf.microfacet import MICROFACET, ggx
 from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
-from jaxbrdf.core.fresnel import Conductor, Dielectric
+from jaxbrdf.core.fresnel import Dielectric
 from jaxbrdf.types import Material
 
 _GLAZED = composite(SUBSTRATE, MICROFACET)
 
 
 def _gold() -> Material:
-    """Satin gold, roughness 0.2; index of Johnson and Christy (1972)."""
-    index = Conductor(eta=jnp.array([0.223, 0.428, 1.335]), k=jnp.array([3.204, 2.460, 1.872]))
-    return checked_material("gold", MICROFACET, ggx(jnp.array(0.2), jnp.array(0.2), index), isotropic=True)
+    """Satin gold, roughness 0.2."""
+    params = ggx(jnp.array(0.2), jnp.array(0.2), METALS["gold"]())
+    return checked_material("gold", MICROFACET, params, isotropic=True)
 
 
 def _brushed_aluminium() -> Material:
-    """Aluminium brushed along the tangent, so it spreads light across it; index of Rakić (1995)."""
-    index = Conductor(eta=jnp.array([1.320, 1.011, 0.683]), k=jnp.array([7.307, 6.616, 5.623]))
-    params = ggx(jnp.array(0.08), jnp.array(0.35), index)
+    """Aluminium brushed along the tangent, so it spreads light across it."""
+    params = ggx(jnp.array(0.08), jnp.array(0.35), METALS["aluminium"]())
     return checked_material("brushed-aluminium", MICROFACET, params, isotropic=False)
 
 

@@ -19,10 +19,12 @@ import jax
 import jax.numpy as jnp
 
 from jaxbrdf.brdf.domain import within_ranges
+from jaxbrdf.brdf.rough_interface import facet_transmittance
 from jaxbrdf.core.directions import above_horizon, cos_theta
-from jaxbrdf.core.fresnel import dielectric, diffuse_reflectance
+from jaxbrdf.core.fresnel import diffuse_reflectance
 from jaxbrdf.core.numerics import match_rank
 from jaxbrdf.core.ranges import SHARE, Range
+from jaxbrdf.core.smith import lift
 from jaxbrdf.sampling.hemisphere import cosine_density, square_to_cosine
 from jaxbrdf.types import Brdf, Query, Sample
 
@@ -36,13 +38,14 @@ class SubstrateParams(NamedTuple):
 
 def _reflectance(params: SubstrateParams, query: Query) -> jax.Array:
     """pi f, whatever the horizon."""
-    into = 1.0 - dielectric(jnp.maximum(cos_theta(query.wi), 0.0), params.eta)
-    out_of = 1.0 - dielectric(jnp.maximum(cos_theta(query.wo), 0.0), params.eta)
-    escape = (1.0 - diffuse_reflectance(params.eta)) / (params.eta * params.eta)
+    into = facet_transmittance(cos_theta(lift(query.wi)), params.eta)
+    out_of = facet_transmittance(cos_theta(lift(query.wo)), params.eta)
     albedo = match_rank(params.albedo, query.wo.ndim)
-    kept = match_rank((1.0 - escape)[..., None], query.wo.ndim)
+    escape = (1.0 - diffuse_reflectance(params.eta)) / (params.eta * params.eta)
+    # 1 - R_in albedo in parts: of a dense white body nothing else is left of the difference
+    lost = (1.0 - albedo) + match_rank(escape[..., None], query.wo.ndim) * albedo
     passed = into * out_of / (params.eta * params.eta)
-    return passed[..., None] * albedo / (1.0 - kept * albedo)
+    return passed[..., None] * albedo / lost
 
 
 def _eval(params: SubstrateParams, query: Query) -> jax.Array:

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 
-from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.checks.compiled import densities, draws
 from jaxbrdf.checks.partition import Partition, polar
 from jaxbrdf.types import Brdf, Params, Query
 
@@ -53,31 +53,35 @@ def chi_square(
     Raises:
         ValueError: the BRDF has no sampler.
     """
-    sampler = sampler_of(brdf)
-    u = jax.random.uniform(key, (samples, 3), wo.dtype)
-    viewer = jnp.broadcast_to(wo, (samples, 3))
-    drawn = np.asarray(jax.jit(sampler.sample)(params, Query(viewer, viewer), u).wi, np.float64)
-    return chi_square_of_draws(drawn, brdf, params, wo, partition=partition, cells=cells, points=points)
+    partition = polar() if partition is None else partition
+    mass = expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
+    return chi_square_of_mass(key, brdf, params, wo, mass, partition=partition, samples=samples)
 
 
-def chi_square_of_draws(
-    drawn: np.ndarray,
+def chi_square_of_mass(
+    key: jax.Array,
     brdf: Brdf,
     params: Params,
     wo: jax.Array,
+    mass: np.ndarray,
     *,
-    partition: Partition | None = None,
-    cells: int = 24,
-    points: int = 16,
+    partition: Partition,
+    samples: int = 200_000,
 ) -> ChiSquare:
-    """The same of directions `drawn`, `(n, 3)`, however they were made.
+    """`chi_square` with the cells' `expected_mass` known, so that several keys share it.
 
     Raises:
         ValueError: the BRDF has no sampler.
     """
-    partition = polar() if partition is None else partition
-    observed, lost = _observed(drawn, partition, cells)
-    expected = len(drawn) * expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
+    u = jax.random.uniform(key, (samples, 3), wo.dtype)
+    drawn = np.asarray(draws(brdf, params, jnp.broadcast_to(wo, (samples, 3)), u).wi, np.float64)
+    return chi_square_of_draws(drawn, mass, partition=partition)
+
+
+def chi_square_of_draws(drawn: np.ndarray, mass: np.ndarray, *, partition: Partition) -> ChiSquare:
+    """The same of directions `drawn`, `(n, 3)`, however they were made."""
+    observed, lost = _observed(drawn, partition, round(len(mass) ** 0.5))
+    expected = len(drawn) * mass
     return pearson(np.append(observed, lost), np.append(expected, max(len(drawn) - expected.sum(), 0.0)))
 
 
@@ -111,6 +115,6 @@ def expected_mass(
     side = (np.arange(cells * points) + 0.5) / (cells * points)
     directions, area = partition.place(np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2))
     wi = jnp.asarray(directions, wo.dtype)
-    density = jax.jit(sampler_of(brdf).pdf)(params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
+    density = densities(brdf, params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
     mass = np.where(np.asarray(wi)[:, 2] > 0, np.asarray(density, np.float64), 0.0) * area / len(side) ** 2
     return mass.reshape(cells, points, cells, points).sum((1, 3)).ravel()

@@ -15,10 +15,17 @@ from jaxbrdf.types import Brdf, Params, Query
 
 
 class Finding(NamedTuple):
-    """A hard query whose value or gradient is not finite, or whose value is negative or lit below the horizon."""
+    """A hard query whose value or gradient is not finite, or whose value is negative or lit below the horizon.
+
+    Attributes:
+        query: which.
+        fault: what is wrong there.
+        variant: of the stack's parameters, zero where there is one only.
+    """
 
     query: HardQuery
     fault: str
+    variant: int = 0
 
 
 def find_faults(
@@ -29,32 +36,60 @@ def find_faults(
     Args:
         through_params: also take the gradient by the parameters, which must then be floating point throughout.
     """
+    one = jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], params)
+    return find_faults_of_any(brdf, one, dtype=dtype, through_params=through_params)
+
+
+def find_faults_of_any(
+    brdf: Brdf, stack: Params, *, dtype: DTypeLike = jnp.float32, through_params: bool = True
+) -> list[Finding]:
+    """The same of many parameters, the first axis of `stack` (`jaxbrdf.checks.extremes`), compiled once."""
     query = hard_queries(dtype=dtype)
-    lit = (query.wi[:, 2] > 0) & (query.wo[:, 2] > 0)
-    f = jax.jit(brdf.eval)(params, query)
-    by_params, *by_directions = _gradients(brdf, params if through_params else None, params, query)
+    lit = np.asarray((query.wi[:, 2] > 0) & (query.wo[:, 2] > 0))
+    f, by_params, by_directions = _answers(brdf, through_params, stack, query)
+    f = np.asarray(f)
     faults = {
         "value is not finite": ~_finite(f),
         "value is negative": (f < 0).any(-1),
         "value below the horizon is not zero": ~lit & (f != 0).any(-1),
         "gradient by a direction is not finite": ~_finite(by_directions),
-        "gradient by a parameter is not finite": ~_finite(by_params),
+        "gradient by a parameter is not finite": np.broadcast_to(~_finite(by_params), f.shape[:2]),
     }
-    return [Finding(HARD_QUERIES[i], fault) for fault, bad in faults.items() for i in np.flatnonzero(np.asarray(bad))]
+    return [Finding(HARD_QUERIES[i], fault, int(v)) for fault, bad in faults.items() for v, i in np.argwhere(bad)]
 
 
-@partial(jax.jit, static_argnames="brdf")
-def _gradients(brdf: Brdf, moving: Params | None, params: Params, query: Query) -> tuple[Params, jax.Array, jax.Array]:
-    """Derivatives of each query's value by the parameters (if they are `moving`), by its wi and by its wo."""
+def count_faults(brdf: Brdf, stack: Params, query: Query) -> int:
+    """Parameters and queries whose value, or its gradient by the directions or a parameter, is not finite.
 
-    def total(moving: Params | None, wi: jax.Array, wo: jax.Array) -> jax.Array:
-        return jnp.sum(brdf.eval(params if moving is None else moving, Query(wi, wo)))
+    Args:
+        stack: floating point throughout, with a first axis.
+        query: `(n, 3)`; each is asked of each of the stack's parameters.
+    """
+    return int(np.sum(~np.all([_finite(part) for part in _answers(brdf, True, stack, query)], axis=0)))
 
-    return jax.vmap(jax.grad(total, argnums=(0, 1, 2)), in_axes=(None, 0, 0))(moving, query.wi, query.wo)
+
+@partial(jax.jit, static_argnums=(0, 1))
+def _answers(brdf: Brdf, through_params: bool, stack: Params, query: Query) -> tuple[jax.Array, Params, Params]:
+    """f and its derivatives by the parameters, if wanted, and by both directions, for each parameters and query."""
+
+    def answer(params: Params, wi: jax.Array, wo: jax.Array) -> tuple[jax.Array, Params, Params]:
+        def total(moving: Params | None, wi: jax.Array, wo: jax.Array) -> tuple[jax.Array, jax.Array]:
+            f = brdf.eval(params if moving is None else moving, Query(wi, wo))
+            return jnp.sum(f), f
+
+        moving = params if through_params else None
+        (by_params, *by_directions), f = jax.grad(total, argnums=(0, 1, 2), has_aux=True)(moving, wi, wo)
+        return f, by_params, by_directions
+
+    of_queries = jax.vmap(answer, in_axes=(None, 0, 0))
+    leaves = jax.tree.leaves(stack)
+    size = len(leaves[0]) if leaves else 1
+    return jax.vmap(of_queries, in_axes=(0, None, None), axis_size=size)(stack, query.wi, query.wo)
 
 
-def _finite(tree: Params) -> jax.Array:
-    """Which queries, along the leaves' first axis, have only finite entries."""
-    count = len(HARD_QUERIES)
-    finite = [jnp.isfinite(leaf).reshape(count, -1).all(-1) for leaf in jax.tree.leaves(tree)]
-    return jnp.stack([jnp.ones(count, bool), *finite]).all(0)
+def _finite(tree: Params) -> np.ndarray:
+    """Which parameters and queries, the leaves' first two axes, have only finite entries."""
+    leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(tree)]
+    if not leaves:
+        return np.asarray(True)
+    return np.all([np.isfinite(leaf).reshape(*leaf.shape[:2], -1).all(-1) for leaf in leaves], axis=0)

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxbrdf.checks.compiled import draws, values
 from jaxbrdf.metrics.estimate import NO_DRAWS, Estimate, add_draws, mean
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Brdf, Params, Query
@@ -20,9 +21,9 @@ def directional_albedo(
     """
     viewer = jnp.broadcast_to(wo, (samples, 3))
     u = jax.random.uniform(key, (samples, 3), wo.dtype)
-    if brdf.sample is not None:
-        weight = jax.jit(brdf.sample)(params, Query(viewer, viewer), u).weight
+    if brdf.sample is not None and brdf.pdf is not None:
+        weight = np.asarray(draws(brdf, params, viewer, u).weight)
     else:
         wi = square_to_cosine(u[..., 1:])
-        weight = jnp.pi * jax.jit(brdf.eval)(params, Query(wi, viewer))
-    return mean(add_draws(NO_DRAWS, np.asarray(weight)))
+        weight = np.pi * values(brdf, params, Query(wi, viewer))
+    return mean(add_draws(NO_DRAWS, weight))

@@ -29,6 +29,8 @@ HARD_QUERIES = (
     HardQuery("almost mirror", (_HALF, 1e-7, _HALF), (-_HALF, 0, _HALF), "half vector one rounding from the normal"),
     HardQuery("mirror across y", (0, 0.6, 0.8), (0, -0.6, 0.8), "azimuth at plus and minus pi / 2"),
     HardQuery("azimuth seam", (-0.6, 0.0, 0.8), (-0.6, -0.0, 0.8), "atan2 jumps between pi and -pi at a signed zero"),
+    HardQuery("across the seam", (-0.6, 1e-8, 0.8), (-0.6, -1e-8, 0.8), "azimuths a turn apart, directions 2e-8 apart"),
+    HardQuery("a subnormal turn", (1e-40, 0, 1), (0, 1e-40, 1), "compiled code takes these numbers as zero"),
     HardQuery("light at the horizon", (1, 0, 0), (0, 0, 1), "cosine exactly zero, the value's discontinuity"),
     HardQuery("viewer at the horizon", (0, 0, 1), (0, 1, 0), "cosine exactly zero, the value's discontinuity"),
     HardQuery("both at the horizon", (1, 0, 0), (0, 1, 0), "both cosines exactly zero"),

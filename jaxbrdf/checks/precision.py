@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxbrdf.checks.compiled import values
 from jaxbrdf.types import Brdf, Model, Params, Query
 
 COORDINATE_STEP = 2.0**-23
@@ -19,10 +20,9 @@ NEGLIGIBLE = 1e-20
 
 def relative_loss(brdf: Brdf, params: Params, query: Query) -> np.ndarray:
     """|f32 - f64| / (f64 + `NEGLIGIBLE`), the largest of the channels, `(n,)`; infinite where one is not finite."""
-    single = np.asarray(jax.jit(brdf.eval)(params, query), np.float64)
+    single = np.asarray(values(brdf, params, query), np.float64)
     with jax.enable_x64(True):
-        wide = jax.tree.map(_widened, (params, query))
-        double = np.asarray(jax.jit(partial(_eval, brdf))(*wide))
+        double = values(brdf, *jax.tree.map(_widened, (params, query)))
     loss = np.abs(single - double) / (np.abs(double) + NEGLIGIBLE)
     return np.nan_to_num(loss, nan=np.inf).max(axis=-1)
 
@@ -43,10 +43,6 @@ def _moved(model: Model, params: Params, query: Query) -> jax.Array:
     log_f = model.decode(params, coordinates)
     ways = [jax.tree.map(lambda x, by=by: x * (1.0 + by), coordinates) for by in (COORDINATE_STEP, -COORDINATE_STEP)]
     return jnp.max(jnp.stack([jnp.abs(model.decode(params, way) - log_f) for way in ways]), axis=(0, 1))
-
-
-def _eval(brdf: Brdf, params: Params, query: Query) -> jax.Array:
-    return brdf.eval(params, query)
 
 
 def _widened(leaf: jax.Array) -> jax.Array:

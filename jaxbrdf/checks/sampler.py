@@ -6,16 +6,18 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
+from numpy.typing import ArrayLike
 
-from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.checks.compiled import densities, draws, values
 from jaxbrdf.types import Brdf, Params, Query
 
 
 class Mismatch(NamedTuple):
     """Relative differences, `(...)`: of the density, and of weight times density against f cos."""
 
-    pdf: jax.Array
-    weight: jax.Array
+    pdf: np.ndarray
+    weight: np.ndarray
 
 
 def sampler_mismatch(brdf: Brdf, params: Params, wo: jax.Array, u: jax.Array) -> Mismatch:
@@ -24,14 +26,14 @@ def sampler_mismatch(brdf: Brdf, params: Params, wo: jax.Array, u: jax.Array) ->
     Raises:
         ValueError: the BRDF has no sampler.
     """
-    sampler = sampler_of(brdf)
-    drawn = sampler.sample(params, Query(wo, wo), u)
-    query = Query(drawn.wi, wo)
-    light = brdf.eval(params, query) * jnp.maximum(drawn.wi[..., 2:], 0.0)
+    drawn = draws(brdf, params, wo, u)
+    query = Query(jnp.asarray(drawn.wi), wo)
+    light = values(brdf, params, query) * np.maximum(drawn.wi[..., 2:], 0.0)
     weighted = drawn.weight * drawn.pdf[..., None]
-    return Mismatch(_relative(drawn.pdf, sampler.pdf(params, query)), jnp.max(_relative(weighted, light), axis=-1))
+    return Mismatch(_relative(drawn.pdf, densities(brdf, params, query)), _relative(weighted, light).max(axis=-1))
 
 
-def _relative(a: jax.Array, b: jax.Array) -> jax.Array:
-    larger = jnp.maximum(jnp.abs(a), jnp.abs(b))
-    return jnp.where(larger > 0, jnp.abs(a - b) / jnp.where(larger > 0, larger, 1.0), 0.0)
+def _relative(a: ArrayLike, b: ArrayLike) -> np.ndarray:
+    a, b = np.asarray(a), np.asarray(b)
+    larger = np.maximum(np.abs(a), np.abs(b))
+    return np.abs(a - b) / np.where(larger > 0, larger, 1.0)

@@ -76,5 +76,6 @@ def blend(chances: jax.Array, densities: Sequence[jax.Array]) -> jax.Array:
 
 
 def _shares(chances: jax.Array, rank: int) -> jax.Array:
-    """The chances divided by their sum, with axes in front up to `rank`."""
-    return match_rank(chances / jnp.sum(chances, axis=-1, keepdims=True), rank)
+    """The chances divided by their sum, all equal where that is zero, with axes in front up to `rank`."""
+    total = jnp.sum(chances, axis=-1, keepdims=True)
+    return match_rank(jnp.where(total > 0, chances / jnp.where(total > 0, total, 1.0), 1.0 / chances.shape[-1]), rank)

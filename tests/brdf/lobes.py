@@ -10,6 +10,7 @@ import numpy as np
 from jax.test_util import check_grads
 
 from jaxbrdf.checks.chi_square import chi_square
+from jaxbrdf.checks.compiled import values
 from jaxbrdf.checks.finite import find_faults, hard_queries
 from jaxbrdf.checks.furnace import directional_albedo
 from jaxbrdf.checks.partition import half_vector, polar
@@ -21,8 +22,6 @@ from jaxbrdf.types import Brdf, Query
 
 VIEWERS = (0.0, 0.9, 1.45)
 
-ASYMMETRY = jax.jit(asymmetry, static_argnums=0)
-MISMATCH = jax.jit(sampler_mismatch, static_argnums=0)
 EVAL = jax.jit(lambda brdf, params, query: brdf.eval(params, query), static_argnums=0)
 ALBEDO = jax.jit(lambda brdf, params, query: brdf.albedo(params, query), static_argnums=0)
 PAIRS = jax.jit(draw_weighted, static_argnums=1)
@@ -45,7 +44,7 @@ def in_float64(tree: Any) -> Any:
 
 def assert_finite_and_reciprocal(brdf: Brdf, params: Any, *, within: float = 2e-6) -> None:
     assert find_faults(brdf, params) == []
-    assert float(jnp.max(ASYMMETRY(brdf, params, pairs(4000, 0)))) < within
+    assert float(jnp.max(asymmetry(brdf, params, pairs(4000, 0)))) < within
 
 
 def assert_float32_is_enough(brdf: Brdf, params: Any, *, relative: float = 1e-5, above: float = 1.2e-7) -> None:
@@ -57,9 +56,9 @@ def assert_float32_is_enough(brdf: Brdf, params: Any, *, relative: float = 1e-5,
     query = pairs(6000, 1)
     kept = np.flatnonzero(np.all([(w[:, 2] <= 0) | (w[:, 2] > above) for w in map(np.asarray, query[:2])], axis=0))
     query = Query(query.wi[kept], query.wo[kept])
-    single = np.asarray(EVAL(brdf, params, query), float)
+    single = np.asarray(values(brdf, params, query), float)
     with jax.enable_x64(True):
-        double = np.asarray(EVAL(brdf, in_float64(params), in_float64(query)))
+        double = values(brdf, in_float64(params), in_float64(query))
     np.testing.assert_allclose(single, double, rtol=relative, atol=1e-30)
 
 
@@ -88,7 +87,7 @@ def assert_sampler_is_exact(
         result = chi_square(jax.random.key(index), brdf, params, wo, partition=cells, samples=100_000)
         assert result.p_value > level, (theta, result)
     wo = jnp.broadcast_to(spherical(jnp.array(VIEWERS), jnp.full(3, 0.7))[:, None], (3, 3000, 3))
-    mismatch = MISMATCH(brdf, params, wo, jax.random.uniform(jax.random.key(9), (3, 3000, 3)))
+    mismatch = sampler_mismatch(brdf, params, wo, jax.random.uniform(jax.random.key(9), (3, 3000, 3)))
     assert float(jnp.max(jnp.stack(mismatch))) < within
 
 

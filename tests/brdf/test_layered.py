@@ -14,7 +14,6 @@ from jaxbrdf.brdf.position_free import StackParams, position_free
 from jaxbrdf.brdf.rough_interface import InterfaceParams
 from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
 from jaxbrdf.brdf.transmissivity import transmissivity
-from jaxbrdf.checks.finite import find_faults
 from jaxbrdf.checks.furnace import directional_albedo
 from jaxbrdf.core.beckmann import Beckmann
 from jaxbrdf.core.directions import spherical
@@ -24,12 +23,7 @@ from jaxbrdf.core.medium import Medium
 from jaxbrdf.core.roughness import Axes, Isotropic
 from jaxbrdf.types import Query
 from tests.brdf.lobes import (
-    ASYMMETRY,
     EVAL,
-    assert_finite_and_reciprocal,
-    assert_float32_is_enough,
-    assert_gradients_are_right,
-    assert_sampler_is_exact,
     pairs,
     viewer,
 )
@@ -114,29 +108,6 @@ MATERIALS = {
     "clear on gold": (COATED_METAL, coat(0.1, 1.5, gold(0.3))),
     "tinted on clay": (COATED_CLAY, coat(0.3, 1.5, clay(), TINT)),
 }
-
-
-def test_finite_reciprocal_and_exact_in_float32():
-    brdf, params = MATERIALS["tinted on clay"]
-    assert_finite_and_reciprocal(brdf, params)
-    assert_float32_is_enough(brdf, params)
-
-
-def test_sampler():
-    assert_sampler_is_exact(*MATERIALS["clear on gold"], 1e-3, width=0.2, within=1e-4)
-
-
-def test_gradients():
-    # at roughness zero the two albedos in the gain are equal, where the smaller one has no derivative
-    rough = OrenNayarParams(jnp.array([0.8, 0.5, 0.2]), jnp.array(0.3))
-    assert_gradients_are_right(COATED_CLAY, coat(0.3, 1.5, rough, TINT))
-
-
-@pytest.mark.parametrize(("alpha", "eta"), [(1e-4, 1.0), (1e-4, 10.0), (1.0, 1.5)])
-def test_hard_parameters_are_finite(alpha: float, eta: float):
-    params = coat(alpha, eta, gold(1e-4), TINT)
-    assert find_faults(COATED_METAL, params) == []
-    assert float(jnp.max(ASYMMETRY(COATED_METAL, params, pairs(4000, 8)))) < 2e-6
 
 
 @pytest.mark.parametrize(("alpha", "eta"), [(0.01, 1.5), (0.3, 1.3), (0.6, 2.5)])

@@ -84,10 +84,6 @@ def test_common_checks(metallic: float, roughness: float):
     lobes.assert_float32_is_enough(METALLIC_ROUGHNESS, values)
 
 
-def test_gradients():
-    lobes.assert_gradients_are_right(METALLIC_ROUGHNESS, params(0.4, 0.5))
-
-
 def test_sampler():
     level = significance_of_each(0.01, 2 * len(lobes.VIEWERS))
     for values in (params(0.3, 0.5), params(0.9, 1.0)):

@@ -33,8 +33,6 @@ KINDS = {"ggx": Ggx, "beckmann": Beckmann}
 VIEWERS = (0.0, 0.8, 1.55)
 EVAL, PDF = jax.jit(MICROFACET.eval), jax.jit(MICROFACET.pdf)
 SEPARABLE = jax.jit(SEPARABLE_MICROFACET.eval)
-ASYMMETRY = jax.jit(asymmetry, static_argnums=0)
-MISMATCH = jax.jit(sampler_mismatch, static_argnums=0)
 
 
 def numbers(record: type, *values: float) -> Roughness:
@@ -207,8 +205,8 @@ def test_gradients_match_finite_differences(kind: str, form: str):
 @pytest.mark.parametrize(("kind", "form"), CASES)
 def test_reciprocity(kind: str, form: str):
     query = pairs_above(2000, 4, least=1e-6)
-    assert float(jnp.max(ASYMMETRY(MICROFACET, gold(of_form(kind, form)), query))) < 2e-6
-    assert float(jnp.max(ASYMMETRY(SEPARABLE_MICROFACET, gold(of_form(kind, form)), query))) < 2e-6
+    assert float(jnp.max(asymmetry(MICROFACET, gold(of_form(kind, form)), query))) < 2e-6
+    assert float(jnp.max(asymmetry(SEPARABLE_MICROFACET, gold(of_form(kind, form)), query))) < 2e-6
 
 
 @pytest.mark.parametrize("alpha", ALPHAS, ids=str)
@@ -249,7 +247,9 @@ def test_sampler_of_forms_agrees_with_its_density(kind: str, form: str):
 @pytest.mark.parametrize(("kind", "form"), CASES)
 def test_samples_tell_what_eval_and_pdf_tell(kind: str, form: str):
     wo = jnp.broadcast_to(spherical(jnp.array(VIEWERS), jnp.full(3, 0.3))[:, None], (3, 3000, 3))
-    mismatch = MISMATCH(MICROFACET, gold(of_form(kind, form)), wo, jax.random.uniform(jax.random.key(5), wo.shape))
+    mismatch = sampler_mismatch(
+        MICROFACET, gold(of_form(kind, form)), wo, jax.random.uniform(jax.random.key(5), wo.shape)
+    )
     # steep facets of Beckmann's tail turn the view's rounding into the exponent's, 2 tan^2 / alpha^2 times as large
     assert float(jnp.quantile(mismatch.pdf, 0.999)) < 2e-4
     assert float(jnp.quantile(mismatch.weight, 0.999)) < 3e-4
@@ -259,7 +259,7 @@ def test_samples_tell_what_eval_and_pdf_tell(kind: str, form: str):
 def test_samples_of_narrow_lobes_tell_what_eval_and_pdf_tell(alpha: tuple[float, float]):
     wo = jnp.broadcast_to(spherical(jnp.array(VIEWERS), jnp.full(3, 0.3))[:, None], (3, 3000, 3))
     u = jax.random.uniform(jax.random.key(5), wo.shape)
-    mismatch = MISMATCH(MICROFACET, gold(of_axes("ggx", alpha)), wo, u)
+    mismatch = sampler_mismatch(MICROFACET, gold(of_axes("ggx", alpha)), wo, u)
     # a direction rounded by 6e-8 moves a half vector by 6e-8 / (2 cos_d alpha) of the lobe's width: 1.5e-6 / alpha
     # where a grazing viewer makes cos_d 0.02. f varies by up to 8 a width there, by distribution and masking, the
     # density less

@@ -31,10 +31,6 @@ def test_common_checks(roughness: float):
     lobes.assert_sampler_is_exact(OREN_NAYAR, rough(roughness), level)
 
 
-def test_gradients():
-    lobes.assert_gradients_are_right(OREN_NAYAR, rough(0.4, (0.9, 0.5, 0.02)))
-
-
 def test_it_is_lambert_where_smooth():
     query = lobes.pairs(2000, 3)
     want = LAMBERT.eval(LambertParams(jnp.array(COLOUR)), query)

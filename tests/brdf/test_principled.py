@@ -135,10 +135,6 @@ def test_float32_is_enough():
     lobes.assert_float32_is_enough(PRINCIPLED, params(**HARD["sharp"]))
 
 
-def test_gradients():
-    lobes.assert_gradients_are_right(PRINCIPLED, params(**ALL))
-
-
 def test_sampler():
     lobes.assert_sampler_is_exact(PRINCIPLED, params(**ALL), significance_of_each(0.01, 3), within=1e-4)
     isotropic = {name: value for name, value in ALL.items() if name not in ("anisotropic", "clearcoat_gloss")}

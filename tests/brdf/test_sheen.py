@@ -28,10 +28,6 @@ def test_common_checks(roughness: float):
     lobes.assert_draws_carry_the_albedo(SHEEN, fibres(roughness))
 
 
-def test_gradients():
-    lobes.assert_gradients_are_right(SHEEN, fibres(0.4, (0.9, 0.5, 0.1)))
-
-
 def test_the_distribution_has_its_closed_form():
     """wi = wo at theta: wh is wo, and f (4 cos^2) (1 + 2 Lambda) = D.
 

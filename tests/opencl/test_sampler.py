@@ -10,7 +10,7 @@ import numpy as np
 import pyopencl as cl
 import pytest
 
-from jaxbrdf.checks.chi_square import chi_square_of_draws, significance_of_each
+from jaxbrdf.checks.chi_square import chi_square_of_draws, expected_mass, significance_of_each
 from jaxbrdf.checks.parity import demanding_queries
 from jaxbrdf.checks.partition import partition_around
 from jaxbrdf.core.directions import spherical
@@ -67,7 +67,9 @@ def test_draws_have_their_density(opencl: Device, theta: float, azimuths: int):
     np.testing.assert_allclose(np.linalg.norm(drawn.wi, axis=-1), 1.0, atol=2e-6)
     made = material(bundle)
     wi = drawn.wi.astype(float)
-    found = chi_square_of_draws(wi, made.brdf, made.params, wo, partition=partition_around(wi, wo), points=48)
+    partition = partition_around(wi, wo)
+    mass = expected_mass(made.brdf, made.params, wo, partition=partition, points=48)
+    found = chi_square_of_draws(wi, mass, partition=partition)
     assert found.p_value > significance_of_each(0.01, 6 * len(DEVICES))
 
 

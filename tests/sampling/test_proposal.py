@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from jaxbrdf.brdf.builtin import MATERIALS
-from jaxbrdf.brdf.proposed import Proposed, propose, sampled_by
-from jaxbrdf.checks.chi_square import chi_square, significance_of_each
+from jaxbrdf.brdf.proposed import propose
 from jaxbrdf.checks.furnace import directional_albedo
 from jaxbrdf.checks.sampler import sampler_mismatch
 from jaxbrdf.core.beckmann import Beckmann
@@ -33,18 +30,6 @@ CASES = {
     "defensive": (defensive(VISIBLE_NORMALS), ROUGH),
 }
 SEEDS, VIEWERS = (0, 1, 2), (0.0, 0.9, 1.5)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_sampler_agrees_with_its_density(name: str):
-    proposal, params = CASES[name]
-    brdf = sampled_by(proposal, lambda _, query: jnp.ones_like(query.wi), lambda params: Proposed(None, params))
-    level = significance_of_each(0.01, len(CASES) * len(SEEDS) * len(VIEWERS))
-    for seed, theta in product(SEEDS, VIEWERS):
-        wo = spherical(jnp.array(theta), jnp.array(0.7))
-        # with 28 nodes a cell the horizon, where the uniform density ends, falls on a border between two of them
-        result = chi_square(jax.random.key(seed), brdf, params, wo, samples=50_000, points=28)
-        assert result.p_value > level, (theta, result)
 
 
 def test_parts_are_chosen_by_their_chances_and_get_what_is_left():
@@ -95,7 +80,7 @@ def test_samples_tell_what_eval_and_pdf_tell():
     material = propose(MATERIALS["gold"](), *CASES["mixture"])
     wo = jnp.broadcast_to(spherical(jnp.array(1.2), jnp.array(0.3)), (5000, 3))
     u = jax.random.uniform(jax.random.key(2), (5000, 3))
-    mismatch = jax.jit(sampler_mismatch, static_argnums=0)(material.brdf, material.params, wo, u)
+    mismatch = sampler_mismatch(material.brdf, material.params, wo, u)
     assert float(jnp.max(jnp.stack(mismatch))) < 1e-5
 
 
