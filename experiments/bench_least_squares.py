@@ -38,7 +38,7 @@ def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
     trained = solve_for(problem, Silent())
     brdf, data = entry.build(problem.config), problem_data(problem)
     starts = jax.vmap(partial(entry.start, config=problem.config))(jax.random.split(jax.random.key(1), RESTARTS))
-    restarted = solve(residuals_of(brdf), starts, data)
+    restarted = solve(residuals_of(model, problem.config), starts, data)
     errors = compare_at(pairs, {"": jax.jit(partial(brdf.eval, trained.params))})[""]
     least = min(trained.findings["start_costs"])
     return {

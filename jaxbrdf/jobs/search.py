@@ -159,7 +159,7 @@ def _nothing(
 def _write(config: FitConfig, budget: Budget, choice: Choice, store: Store, paths: FitPaths) -> FitResult:
     candidate = choice.candidate
     judged = judged_as_stored(choice.bundle, candidate.precision, store.draws())
-    done = replace(config, model=candidate.model, paper_sizes=candidate.hidden is None)
+    done = replace(config, model=candidate.model, paper_sizes=candidate.hidden is None and not candidate.is_analytic)
     rejected = [one._asdict() for one in choice.rejected]
     more = {"candidate": candidate.name, "budget": asdict(budget), "rejected": rejected}
     return write_fit(done, store.reference, judged, paths, more=more)
