@@ -8,24 +8,25 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import lineax as lx
 import numpy as np
-import optimistix as optx
 from jax.flatten_util import ravel_pytree
 
 from jaxbrdf.fit.bounds import from_free, to_free
 from jaxbrdf.types import Params
-
-LINEAR = lx.Normal(lx.Cholesky())
-"""Normal equations: residuals are many and parameters few, and the damping keeps the matrix well conditioned."""
 
 STEPS = 60
 PULL = 1e-2
 """Residuals are joined by this times each free number, or one whose best value lies at the end of its range would walk
 towards infinity: a free number of 10 adds as much to the sum of squares as one residual of 0.1."""
 
-TOLERANCE = 1e-3
-"""Relative change of free numbers and cost at which a start has arrived: far below what measured data can tell."""
+TOLERANCE = 1e-5
+"""Relative decrease of the sum of squares at which a start has arrived: far below what measured data can tell."""
+
+LEAST_STEP = 1e-4
+"""Of free numbers, at which a start has arrived too: about what float32 residuals leave of their sum's slope."""
+
+FIRST_DAMPING, EASED, REFUSED = 1.0, 5.0, 3.0
+"""The damping before the first look, and its factors after a step that is taken and one that is not."""
 
 LEAST_SINGULAR = 1e-6
 """Of columns of length one: float32 leaves that much of a derivative that is zero."""
@@ -56,22 +57,82 @@ def solve(residuals: Callable[[Params, Any], jax.Array], starts: Params, data: A
         starts: records with a leading axis of starts; each within its ranges.
         data: whatever the residuals need.
     """
+    unravel = ravel_pytree(jax.tree.map(lambda leaf: leaf[0], starts))[1]
 
-    def of_free(free: Params, data: Any) -> jax.Array:
-        return residuals(from_free(free), data)
+    def held(x: jax.Array) -> tuple[jax.Array, jax.Array]:
+        r = residuals(from_free(unravel(x)), data)
+        return jnp.concatenate([r, PULL * x]), jnp.mean(jnp.square(r))
 
-    def held(free: Params, data: Any) -> jax.Array:
-        return jnp.concatenate([of_free(free, data), PULL * ravel_pytree(free)[0]])
+    def descend(start: Params) -> _Descent:
+        return _descend(held, ravel_pytree(to_free(start))[0])
 
-    def descend(start: Params) -> tuple[Params, jax.Array, jax.Array]:
-        solver = optx.LevenbergMarquardt(rtol=TOLERANCE, atol=TOLERANCE, linear_solver=LINEAR)
-        found = optx.least_squares(held, solver, to_free(start), data, max_steps=STEPS, throw=False)
-        cost = jnp.mean(jnp.square(of_free(found.value, data)))
-        return found.value, jnp.where(jnp.isfinite(cost), cost, jnp.inf), found.stats["num_steps"]
+    ends = jax.vmap(descend)(starts)
+    costs = jnp.where(jnp.isfinite(ends.cost), ends.cost, jnp.inf)
+    params = from_free(unravel(ends.x[jnp.argmin(costs)]))
+    return LeastSquares(params, jnp.min(costs), costs, jnp.max(ends.steps))
 
-    free, costs, steps = jax.vmap(descend)(starts)
-    best = jax.tree.map(lambda leaf: leaf[jnp.argmin(costs)], free)
-    return LeastSquares(from_free(best), jnp.min(costs), costs, jnp.max(steps))
+
+class _Descent(NamedTuple):
+    """One start on its way.
+
+    Attributes:
+        x: where it is, `(n,)`.
+        cost: mean square of the residuals there, without what holds the free numbers.
+        squares: half the sum of squares there, with it; infinite before the first look.
+        gradient, normal: J^T r and J^T J there.
+        damping: of the next step, in units of the diagonal of J^T J.
+        steps: taken or refused.
+        has_arrived: whether the last step changed next to nothing.
+    """
+
+    x: jax.Array
+    cost: jax.Array
+    squares: jax.Array
+    gradient: jax.Array
+    normal: jax.Array
+    damping: jax.Array
+    steps: jax.Array
+    has_arrived: jax.Array
+
+
+def _descend(held: Callable[[jax.Array], tuple[jax.Array, jax.Array]], start: jax.Array) -> _Descent:
+    """Levenberg's (1944) steps in Marquardt's (1963) units: (J^T J + d diag J^T J) step = -J^T r.
+
+    The damping falls after a step that is taken and grows after one that is refused. The first step has no gradient
+    yet and leads nowhere, so that one text of `held` and its derivative serves all.
+    """
+
+    def look(x: jax.Array) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+        r, cost = held(x)
+        return r, (r, cost)
+
+    def goes_on(at: _Descent) -> jax.Array:
+        return ~at.has_arrived & (at.steps < STEPS)
+
+    def advance(at: _Descent) -> _Descent:
+        step = _damped_step(at)
+        jacobian, (r, cost) = jax.jacfwd(look, has_aux=True)(at.x + step)
+        squares = 0.5 * jnp.sum(r * r)
+        is_taken = squares < at.squares
+        stays = is_taken & (at.squares - squares < TOLERANCE * squares)
+        has_arrived = (at.steps > 0) & (stays | (jnp.max(jnp.abs(step)) < LEAST_STEP))
+        there = at._replace(x=at.x + step, cost=cost, squares=squares, damping=at.damping / EASED)
+        there = there._replace(gradient=jacobian.T @ r, normal=jacobian.T @ jacobian)
+        chosen = jax.tree.map(partial(jnp.where, is_taken), there, at._replace(damping=at.damping * REFUSED))
+        return chosen._replace(steps=at.steps + 1, has_arrived=has_arrived)
+
+    lost, damping = jnp.array(jnp.inf), jnp.array(FIRST_DAMPING)
+    none, unit = jnp.zeros(start.size), jnp.eye(start.size)
+    first = _Descent(start, lost, lost, none, unit, damping, jnp.array(0), jnp.array(False))
+    return jax.lax.while_loop(goes_on, advance, first)
+
+
+def _damped_step(at: _Descent) -> jax.Array:
+    """In units in which the diagonal of J^T J is one; it is not zero, for every free number is held."""
+    unit = jnp.sqrt(jnp.diag(at.normal))
+    scaled = at.normal / (unit[:, None] * unit[None, :]) + at.damping * jnp.eye(unit.size)
+    factor = jax.scipy.linalg.cho_factor(scaled)
+    return -jax.scipy.linalg.cho_solve(factor, at.gradient / unit) / unit
 
 
 @partial(jax.jit, static_argnums=(0, 3))

@@ -74,7 +74,7 @@ def test_a_fit_from_end_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     assert report == result.report
     assert report["errors"]["smape"] < 0.1
     assert report["correlation"]["names"] == NAMES
-    assert len(report["start_costs"]) == 4
+    assert len(report["start_costs"]) == 8
     bundle = bundles.load(result.paths.bundle)
     assert bundle.manifest.provenance.preset == "least-squares"
     np.testing.assert_allclose(report["parameters"]["lobes.0.f0"]["value"], bundle.params.lobes[0].f0)
