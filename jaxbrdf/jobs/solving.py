@@ -69,7 +69,7 @@ def solve_for(problem: Problem, reporter: Reporter) -> Trained:
     cost = {
         "fit_seconds": drawing.again + solving.again,
         "draw_seconds": drawing.again,
-        "compile_seconds": drawing.first + solving.first - drawing.again - solving.again,
+        "compile_seconds": max(drawing.first + solving.first - drawing.again - solving.again, 0.0),
     }
     params = jax.tree.map(np.asarray, solution.params)
     return Trained(params, int(solution.steps), cost, {"start_costs": np.asarray(solution.start_costs).tolist()})
