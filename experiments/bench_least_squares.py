@@ -1,10 +1,11 @@
 """Fits the analytic models to measured files by least squares, and compares what they reach with many random starts.
 
-    python experiments/bench_least_squares.py                    # the 12 RGL files: about 5 minutes on two cores
-    python experiments/bench_least_squares.py cg_sunflower       # some of them
+    python experiments/bench_least_squares.py                    # the 12 RGL files: about 10 minutes on two cores
+    python experiments/bench_least_squares.py cg_sunflower       # some of them; writes nothing
 
 For each file and model: seconds of the fit after compilation, its squared error, and the least that any of 20 random
-starts reaches that are all followed to their end; errors of the fit as `jaxbrdf compare` defines them.
+starts reaches that are all followed to their end; errors of the fit as `jaxbrdf compare` defines them. For each model
+the time of an evaluation by OpenCL.
 """
 
 from __future__ import annotations
@@ -12,18 +13,22 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import jax
 
 from jaxbrdf.fit.least_squares import solve
+from jaxbrdf.jobs.candidate import Candidate
+from jaxbrdf.jobs.fitting import unfitted
+from jaxbrdf.jobs.price import opencl_prices
 from jaxbrdf.jobs.progress import Silent
 from jaxbrdf.jobs.reference import Reference, open_reference
 from jaxbrdf.jobs.solving import Problem, problem_data, residuals_of, solve_for
 from jaxbrdf.metrics.brdf_space import compare_at, true_pairs
-from jaxbrdf.models.table import ANALYTIC
+from jaxbrdf.models.table import ANALYTIC, brdf_of
+from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.sampling.pairs import draw_weighted
 
 RESULTS = Path(__file__).parent / "results" / "least_squares.json"
@@ -36,10 +41,10 @@ def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
     entry = ANALYTIC[model]
     problem = Problem(model, entry.config(isotropic=reference.material.isotropic), reference.evaluate, 0)
     trained = solve_for(problem, Silent())
-    brdf, data = entry.build(problem.config), problem_data(problem)
     starts = jax.vmap(partial(entry.start, config=problem.config))(jax.random.split(jax.random.key(1), RESTARTS))
-    restarted = solve(residuals_of(brdf), starts, data)
-    errors = compare_at(pairs, {"": jax.jit(partial(brdf.eval, trained.params))})[""]
+    restarted = solve(residuals_of(model, problem.config), starts, problem_data(problem))
+    evaluate = _evaluate(model, problem.config)
+    errors = compare_at(pairs, {"": partial(evaluate, trained.params)})[""]
     least = min(trained.findings["start_costs"])
     return {
         "material": reference.material.name,
@@ -51,6 +56,19 @@ def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
         "over_best_of_20": least / float(restarted.cost),
         **{name: float(getattr(errors, name).value) for name in ERRORS},
     }
+
+
+@cache
+def _evaluate(model: str, config: Any) -> Any:
+    return jax.jit(brdf_of(model, config).eval)
+
+
+def prices() -> dict[str, Any]:
+    """Nanoseconds of an evaluation of each model, isotropic, in the same rounds."""
+    context = context_of(choose())
+    bundles = {model: unfitted(Candidate(model), isotropic=True) for model in ANALYTIC}
+    found = opencl_prices(bundles, context, reporter=Silent())
+    return {"device": describe(context.devices[0]), "ns": {model: price.ns for model, price in found.items()}}
 
 
 def main() -> None:
@@ -67,7 +85,7 @@ def main() -> None:
             rows.append(measure(reference, model, pairs))
             print(json.dumps(rows[-1]), flush=True)
     if not options.materials:
-        RESULTS.write_text(json.dumps(rows, indent=1) + "\n")
+        RESULTS.write_text(json.dumps({"rows": rows, "opencl": prices()}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -67,6 +67,22 @@ def models(rows: list[Row]) -> str:
     return markdown(grouped(rows, "model", columns), columns)
 
 
+def least_squares(found: dict[str, Any]) -> str:
+    """Errors of each analytic model over all materials, and the slowest fit."""
+    columns = (
+        Column("model", "model"),
+        Column("mae", "MAE", ".4f", geometric_mean),
+        Column("smape", "SMAPE", ".3f", geometric_mean),
+        Column("rmse", "RMSE", ".3f", geometric_mean),
+        Column("log_rmse", "log-RMSE", ".4f", geometric_mean),
+        Column("fit_seconds", "fitting, s", ".1f", max),
+        Column("over_best_of_20", "squared error over the best of 20", ".3f", max),
+        Column("ns", "OpenCL, ns", ".1f"),
+    )
+    rows = grouped(found["rows"], "model", columns)
+    return markdown([row | {"ns": found["opencl"]["ns"][row["model"]]} for row in rows], columns)
+
+
 def throughput(found: dict[str, Any]) -> str:
     """Training queries a second, beside what the processor can do."""
     rows = [
@@ -205,6 +221,7 @@ TABLES = (
     Table("bench_fit_quick", "bench_fit.py --preset quick", fits, in_readme=True),
     Table("bench_fit_standard", "bench_fit.py --preset standard", fits),
     Table("bench_models", "bench_models.py", models),
+    Table("least_squares", "bench_least_squares.py", least_squares),
     Table("throughput", "bench_throughput.py", throughput),
     Table("opencl_speed", "bench_opencl.py", opencl_speed),
     Table("opencl_effects", "bench_opencl.py", opencl_effects, source="opencl_speed"),

@@ -35,7 +35,6 @@ DENSITY_BOUND = 1e-2
 """A density that is off by 2 % is seen; the quadrature over the cells leaves some thousandths at most."""
 
 
-
 class Subject(NamedTuple):
     """A material and what it promises; what it does not promise is measured and told.
 

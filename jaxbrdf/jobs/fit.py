@@ -13,11 +13,13 @@ from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.finishing import Finished, finished
 from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, output_paths, prepare_output
-from jaxbrdf.jobs.fitting import Judged, bundle_of, solved, task_of
+from jaxbrdf.jobs.fitting import Judged, bundle_of, problem_of, solved, task_of
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.reference import Reference, open_reference
+from jaxbrdf.jobs.solving import uncertainty
 from jaxbrdf.jobs.training import train
 from jaxbrdf.report.pictures import side_by_side
+from jaxbrdf.report.residuals import residual_picture
 
 NOTED_ERRORS = (("image_flip", "FLIP"), ("mae", "MAE"), ("smape", "SMAPE"), ("rmse", "RMSE"))
 
@@ -35,7 +37,7 @@ class FitResult(NamedTuple):
 
 
 def fit(config: FitConfig, reporter: Reporter) -> FitResult:
-    """Fits `config.source` and writes bundle, report and picture; the checkpoint goes when they are there.
+    """Fits `config.source` and writes bundle, report and pictures; the checkpoint goes when they are there.
 
     Raises:
         JaxbrdfError: if the input, the output or the request cannot be used, or the training diverges.
@@ -62,7 +64,7 @@ def fit(config: FitConfig, reporter: Reporter) -> FitResult:
 def write_fit(
     config: FitConfig, reference: Reference, done: Finished, paths: FitPaths, *, more: Mapping[str, Any] | None = None
 ) -> FitResult:
-    """Writes a fit's bundle, report and picture, and what an evaluation costs into the first two.
+    """Writes a fit's files, and what an evaluation costs into bundle and report.
 
     Args:
         config: as the report has it.
@@ -83,15 +85,22 @@ def write_fit(
         "opencl_device": judge.opencl_device(),
         "source": judge.describe_truth(reference.source),
     }
+    if config.candidate.is_analytic:
+        report |= uncertainty(problem_of(config.candidate, reference, config.recipe), judged.bundle.params)
     report |= done.findings | dict(more or {})
     bundle = judged.bundle._replace(manifest=manifest._replace(cost=cost))
     bundles.save(paths.bundle, bundle, precision=config.precision)
     write_atomically(paths.report, json.dumps(report, indent=1).encode())
     write_atomically(paths.picture, _picture(judged))
+    write_atomically(paths.residuals, residual_picture(judged.judgement.residuals, title=_title(judged)))
     return FitResult(paths, report)
 
 
 def _picture(judged: Judged) -> bytes:
     manifest = judged.bundle.manifest
     note = "   ".join(f"{title} {manifest.errors[name]:.4f}" for name, title in NOTED_ERRORS)
-    return side_by_side(*judged.pictures, title=f"{manifest.name}, {manifest.model}", note=note)
+    return side_by_side(*judged.judgement.pictures, title=_title(judged), note=note)
+
+
+def _title(judged: Judged) -> str:
+    return f"{judged.bundle.manifest.name}, {judged.bundle.manifest.model}"

@@ -21,7 +21,7 @@ class FitConfig:
     Attributes:
         source: a measured file or a built-in material.
         output: a folder, or a bundle's file name.
-        model: a key of `models.table.MODELS`.
+        model: one of `models.table.NAMES`.
         paper_sizes: the model exactly as its paper has it; otherwise with what we found to help.
         preset: a key of `fit.presets.PRESETS`.
         seed: of every draw.
@@ -62,11 +62,12 @@ class FitConfig:
 
 
 class FitPaths(NamedTuple):
-    """The files of a fit: its result, the report and picture beside it, and the checkpoint while it runs."""
+    """The files of a fit: its result, report, picture and map of residuals, and the checkpoint while it runs."""
 
     bundle: Path
     report: Path
     picture: Path
+    residuals: Path
     checkpoint: Path
 
 
@@ -76,7 +77,8 @@ def output_paths(output: str) -> FitPaths:
     is_file = path.suffix == BUNDLE_SUFFIX
     folder, stem = (path.parent, path.stem) if is_file else (path, "bundle")
     bundle = path if is_file else folder / BUNDLE_NAME
-    return FitPaths(bundle, *(folder / f"{stem}{suffix}" for suffix in (".report.json", ".png", ".checkpoint")))
+    suffixes = (".report.json", ".png", ".residuals.png", ".checkpoint")
+    return FitPaths(bundle, *(folder / f"{stem}{suffix}" for suffix in suffixes))
 
 
 def prepare_output(paths: FitPaths) -> None:

@@ -26,10 +26,10 @@ from jaxbrdf.models.table import MODELS, first_params
 
 
 class Judged(NamedTuple):
-    """A bundle as a reader of its file gets it, its manifest with its errors, and its picture beside the reference."""
+    """A bundle as a reader of its file gets it, its manifest with its errors, and what it is judged by."""
 
     bundle: Bundle
-    pictures: judge.Pictures
+    judgement: judge.Judgement
 
 
 def solved(candidate: Candidate, reference: Reference, recipe: Recipe, reporter: Reporter) -> Trained:
@@ -39,8 +39,13 @@ def solved(candidate: Candidate, reference: Reference, recipe: Recipe, reporter:
         JaxbrdfError: if the recipe cannot be used, or the fit fails.
     """
     preset_of(recipe)
+    return solve_for(problem_of(candidate, reference, recipe), reporter)
+
+
+def problem_of(candidate: Candidate, reference: Reference, recipe: Recipe) -> Problem:
+    """What an analytic candidate's parameters solve."""
     config = candidate.sizes(isotropic=reference.material.isotropic)
-    return solve_for(Problem(candidate.model, config, reference.evaluate, recipe.seed), reporter)
+    return Problem(candidate.model, config, reference.evaluate, recipe.seed)
 
 
 def task_of(candidate: Candidate, reference: Reference, recipe: Recipe, checkpoint: Path) -> Task:
@@ -100,8 +105,8 @@ def judged_as_stored(bundle: Bundle, precision: Precision, draws: judge.Draws) -
         stored = bundles.from_bytes(bundles.to_bytes(bundle, precision=precision), bundle.manifest.name)
     except ValueError as error:
         raise FitError(str(error)) from None
-    errors, pictures = judge.judgement(bundles.material(stored), draws)
-    for name, value in errors.items():
+    judgement = judge.judgement(bundles.material(stored), draws)
+    for name, value in judgement.errors.items():
         if not math.isfinite(value):
             raise FitError(f"the fit's {name} is {value}")
-    return Judged(stored._replace(manifest=stored.manifest._replace(errors=errors)), pictures)
+    return Judged(stored._replace(manifest=stored.manifest._replace(errors=judgement.errors)), judgement)

@@ -17,6 +17,7 @@ from jaxbrdf.jobs.price import QUERIES, interleaved, jax_run, opencl_run, price_
 from jaxbrdf.jobs.source import Source
 from jaxbrdf.metrics.brdf_space import LEAST_PAIRS, BrdfErrors, TruePairs, compare_at, true_pairs
 from jaxbrdf.metrics.image import image_errors
+from jaxbrdf.metrics.residual_map import ResidualMap, residual_map
 from jaxbrdf.opencl.material import Material as DeviceMaterial
 from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.render.environment import make_environment
@@ -65,10 +66,11 @@ class Draws(NamedTuple):
 
 
 class Judgement(NamedTuple):
-    """Errors by name, with their standard errors, and the pictures that some of them are of."""
+    """Errors by name, with their standard errors, the pictures that some of them are of, and where the fit is off."""
 
     errors: dict[str, float]
     pictures: Pictures
+    residuals: ResidualMap
 
 
 def draw(reference: Material) -> Draws:
@@ -81,7 +83,9 @@ def draw(reference: Material) -> Draws:
 def judgement(fit: Material, draws: Draws) -> Judgement:
     """All errors of one fit."""
     made = pictures({"": fit}, draws.lighting)[""]
-    return Judgement(plain_errors(brdf_errors({"": fit}, draws)[""]) | picture_errors(made), made)
+    evaluate = jax.jit(partial(fit.brdf.eval, fit.params))
+    errors = plain_errors(compare_at(draws.pairs, {"": evaluate})[""]) | picture_errors(made)
+    return Judgement(errors, made, residual_map(draws.pairs, evaluate))
 
 
 def brdf_errors(materials: Mapping[str, Material], draws: Draws) -> dict[str, BrdfErrors]:

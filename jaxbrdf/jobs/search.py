@@ -160,7 +160,7 @@ def _write(
     config: FitConfig, budget: Budget, choice: Choice, store: Store, paths: FitPaths, reporter: Reporter
 ) -> FitResult:
     candidate = choice.candidate
-    done = replace(config, model=candidate.model, paper_sizes=candidate.hidden is None)
+    done = replace(config, model=candidate.model, paper_sizes=candidate.hidden is None and not candidate.is_analytic)
     whole = finished(choice.bundle, done, store.draws(), reporter)
     rejected = [one._asdict() for one in choice.rejected]
     more = {"candidate": candidate.name, "budget": asdict(budget), "rejected": rejected}

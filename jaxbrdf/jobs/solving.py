@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import jax
@@ -14,21 +14,23 @@ import numpy as np
 
 from jaxbrdf.core.tree import named_leaves
 from jaxbrdf.errors import FitError
-from jaxbrdf.fit.least_squares import LeastSquares, best_starts, solve
+from jaxbrdf.fit.least_squares import LeastSquares, best_starts, covariance, solve
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.training import Trained
 from jaxbrdf.metrics.brdf_space import SMAPE_OFFSET
 from jaxbrdf.models.table import ANALYTIC
 from jaxbrdf.sampling.pairs import draw_weighted
-from jaxbrdf.types import Brdf, Params, Query
+from jaxbrdf.types import Params, Query
 
 Residuals = Callable[[Params, Any], jax.Array]
 
 PAIRS, SCREENING_PAIRS = 4096, 512
 """Directions that the solver sees, and that choose among the starts."""
 
-STARTS, FOLLOWED = 128, 4
+STARTS, FOLLOWED = 128, 8
 """Random parameters that are looked at, and those of them that are followed down."""
+
+TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True)
@@ -49,27 +51,28 @@ class Problem:
 
 
 def solve_for(problem: Problem, reporter: Reporter) -> Trained:
-    """The parameters of least squared logarithmic error, with their standard errors among the findings.
+    """The parameters of least squared logarithmic error, with where each start arrived among the findings.
 
     Raises:
         FitError: if no start leads anywhere.
     """
     reporter.say(f"solving for {problem.model} at {PAIRS:,} pairs of directions")
+    if not (problem.config.isotropic or ANALYTIC[problem.model].has_axes):
+        reporter.say(f"{problem.model} has no axes: an anisotropic material is fitted by what it is on average")
     start = jax.jit(jax.vmap(partial(ANALYTIC[problem.model].start, config=problem.config)))
     starts = start(jax.random.split(_keys(problem)[1], STARTS))
     data, drawing = _timed(partial(problem_data, problem))
-    residuals = residuals_of(ANALYTIC[problem.model].build(problem.config))
+    residuals = residuals_of(problem.model, problem.config)
     solution, solving = _timed(partial(_solve, residuals, starts, data))
     if not np.isfinite(solution.cost):
         raise FitError(f"{problem.model}: no start led to a finite error")
     cost = {
         "fit_seconds": drawing.again + solving.again,
         "draw_seconds": drawing.again,
-        "compile_seconds": drawing.first + solving.first - drawing.again - solving.again,
+        "compile_seconds": max(drawing.first + solving.first - drawing.again - solving.again, 0.0),
     }
     params = jax.tree.map(np.asarray, solution.params)
-    findings = {"parameters": uncertainties(solution), "start_costs": np.asarray(solution.start_costs).tolist()}
-    return Trained(params, int(solution.steps), cost, findings)
+    return Trained(params, int(solution.steps), cost, {"start_costs": np.asarray(solution.start_costs).tolist()})
 
 
 def problem_data(problem: Problem) -> tuple[Query, jax.Array, jax.Array]:
@@ -100,19 +103,28 @@ def _keys(problem: Problem) -> jax.Array:
     return jax.random.split(jax.random.key(problem.seed))
 
 
-def uncertainties(solution: LeastSquares) -> dict[str, dict[str, Any]]:
-    """Each parameter's value and standard error by name."""
-    errors = np.sqrt(np.maximum(np.diag(np.asarray(solution.covariance)), 0.0))
-    found, at = {}, 0
-    for name, leaf in named_leaves(solution.params).items():
+def uncertainty(problem: Problem, params: Params) -> dict[str, Any]:
+    """Each parameter's value and standard error by name, and the correlations between all numbers of them."""
+    residuals = residuals_of(problem.model, problem.config)
+    spread = covariance(residuals, jax.tree.map(jnp.asarray, params), problem_data(problem))
+    errors = np.sqrt(np.diag(spread))
+    found, names, at = {}, [], 0
+    for name, leaf in named_leaves(params).items():
         own = errors[at : at + leaf.size].reshape(leaf.shape)
         found[name] = {"value": np.asarray(leaf).tolist(), "standard_error": own.tolist()}
+        names += [f"{name}.{channel}" for channel in range(leaf.size)] if leaf.size > 1 else [name]
         at += leaf.size
-    return found
+    correlation = np.round(spread / np.maximum(np.outer(errors, errors), TINY), 4)
+    return {"parameters": found, "correlation": {"names": names, "matrix": correlation.tolist()}}
 
 
-def residuals_of(brdf: Brdf) -> Residuals:
-    """Differences of ln(f + `SMAPE_OFFSET`), as SMAPE has them where they are small, weighed as the metrics are."""
+@lru_cache
+def residuals_of(model: str, config: Any) -> Residuals:
+    """Differences of ln(f + `SMAPE_OFFSET`), as SMAPE has them where they are small, weighed as the metrics are.
+
+    The same function for the same model, so that one compilation serves all materials.
+    """
+    brdf = ANALYTIC[model].build(config)
 
     def residuals(params: Params, data: tuple[Query, jax.Array, jax.Array]) -> jax.Array:
         query, importance, truth = data

@@ -51,6 +51,13 @@ class TwoGgxConfig(GgxConfig):
     lobes: int = 2
 
 
+@dataclass(frozen=True)
+class BareGgxConfig(GgxConfig):
+    """One lobe alone, such as a metal's."""
+
+    diffuse: bool = False
+
+
 class GgxLobe(NamedTuple):
     """f0: reflectance at normal incidence `(3,)`. roughness: `Isotropic` or `Turned`."""
 

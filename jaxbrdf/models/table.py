@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 
 import jax
 
+from jaxbrdf.models.abc import AbcConfig, abc, start_abc
 from jaxbrdf.models.gated import GatedConfig, gated
-from jaxbrdf.models.ggx import GgxConfig, TwoGgxConfig, ggx_lobes, start_ggx
+from jaxbrdf.models.ggx import BareGgxConfig, GgxConfig, TwoGgxConfig, ggx_lobes, start_ggx
 from jaxbrdf.models.naive_mlp import NaiveMlpConfig, naive_mlp
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
+from jaxbrdf.models.principled import PrincipledConfig, principled, start_principled
 from jaxbrdf.models.tripleplane import TripleplaneConfig, tripleplane
 from jaxbrdf.types import Brdf, Model, Params
 
@@ -37,12 +39,15 @@ class AnalyticEntry(NamedTuple):
         build: `config -> Brdf`.
         start: `(key, config) -> params`, random over their ranges.
         kernel: the name of its file in kernels_cl/models.
+        has_axes: whether it follows an anisotropic material as that is turned; one that does not is fitted to it as
+            it is.
     """
 
     config: Callable[..., Any]
     build: Callable[[Any], Brdf]
     start: Callable[..., Params]
     kernel: str
+    has_axes: bool = True
 
 
 MODELS: dict[str, ModelEntry] = {
@@ -53,8 +58,11 @@ MODELS: dict[str, ModelEntry] = {
 }
 
 ANALYTIC: dict[str, AnalyticEntry] = {
+    "ggx-only": AnalyticEntry(BareGgxConfig, ggx_lobes, start_ggx, "ggx"),
     "ggx": AnalyticEntry(GgxConfig, ggx_lobes, start_ggx, "ggx"),
     "ggx2": AnalyticEntry(TwoGgxConfig, ggx_lobes, start_ggx, "ggx"),
+    "abc": AnalyticEntry(AbcConfig, abc, start_abc, "abc", has_axes=False),
+    "principled": AnalyticEntry(PrincipledConfig, principled, start_principled, "principled"),
 }
 
 NAMES = (*MODELS, *ANALYTIC)

@@ -23,12 +23,25 @@ COLOURS = {
     "tripleplane": "#d55e00",
     "nbrdf": "#009e73",
     "naive-mlp": "#9a6fb0",
+    "ggx-only": "#d9a441",
     "ggx": "#a07a00",
     "ggx2": "#4b4b00",
+    "abc": "#56b4e9",
+    "principled": "#8c564b",
 }
 """Of the models; told apart by readers who confuse red and green (after Okabe and Ito)."""
 
-SHAPES = {"gated": "o", "tripleplane": "s", "nbrdf": "^", "naive-mlp": "D", "ggx": "v", "ggx2": "P"}
+SHAPES = {
+    "gated": "o",
+    "tripleplane": "s",
+    "nbrdf": "^",
+    "naive-mlp": "D",
+    "ggx-only": "<",
+    "ggx": "v",
+    "ggx2": "P",
+    "abc": "X",
+    "principled": "h",
+}
 
 INK, GRID, FRONT = "#222222", "#e4e4e4", "#555555"
 

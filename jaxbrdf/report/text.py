@@ -20,6 +20,7 @@ def fit_report(result: dict[str, Any]) -> str:
     nanoseconds, device = cost.get("opencl_ns_per_evaluation"), result["opencl_device"]
     lines.append(f"OpenCL    {_rate(nanoseconds)} on {device}" if nanoseconds else f"OpenCL    {device}")
     lines += [f"bundle    {files['bundle']}", f"report    {files['report']}", f"picture   {files['picture']}"]
+    lines.append(f"residuals {files['residuals']}")
     return "\n".join([*lines, *_search(result)])
 
 

@@ -7,10 +7,11 @@
 // 2^-24: the least cosine of a direction above the horizon (LEAST_COSINE in smith.py).
 #define JB_LEAST_LIFTED 5.9604645e-8f
 
-// Half vector and what a lobe reads of a pair of lifted directions; (1 - wi . wh)^5 is Schlick's.
+// What lobes read of a pair of lifted directions: the half vector, its cosine with either, and |wi + wo|^2.
 typedef struct {
     jb_real3 wh;
-    jb_real grazing_5;
+    jb_real cos;
+    jb_real squared;
 } jb_Facet;
 
 // w with its cosine raised to JB_LEAST_LIFTED.
@@ -23,14 +24,13 @@ JB_INLINE jb_Facet jb_facet(const jb_real3 wi, const jb_real3 wo) {
     const jb_real3 sum = {wi.x + wo.x, wi.y + wo.y, wi.z + wo.z};
     const jb_real squared = jb_dot(sum, sum);
     const jb_real inverse = jb_safe_rsqrt(squared);
-    // wi . wh = |wi + wo| / 2 for unit vectors, and the length does not cancel where the two are opposed
-    const jb_real grazing = 1.0f - jb_at_most(0.5f * squared * inverse, 1.0f);
-    const jb_real grazing_2 = grazing * grazing;
     jb_Facet out;
     out.wh.x = sum.x * inverse;
     out.wh.y = sum.y * inverse;
     out.wh.z = inverse > 0.0f ? sum.z * inverse : JB_REAL(1.0f);
-    out.grazing_5 = grazing_2 * grazing_2 * grazing;
+    // wi . wh = |wi + wo| / 2 for unit vectors, and the length does not cancel where the two are opposed
+    out.cos = jb_at_most(0.5f * squared * inverse, 1.0f);
+    out.squared = squared;
     return out;
 }
 
@@ -39,16 +39,32 @@ JB_INLINE jb_real jb_stretched(const jb_real3 w, const float squared_x, const fl
     return jb_safe_sqrt(squared_x * w.x * w.x + squared_y * w.y * w.y + w.z * w.z);
 }
 
+// x^2 / ax^2 + y^2 / ay^2 + z^2, of the reciprocals of ax^2 and ay^2.
+JB_INLINE jb_real jb_ggx_spread(const jb_real3 wh, const float inverse_x, const float inverse_y) {
+    return inverse_x * wh.x * wh.x + inverse_y * wh.y * wh.y + wh.z * wh.z;
+}
+
 // D G2 / (4 cos_i cos_o) of GGX along its own axes, with masking correlated by height:
-// 1 / (2 pi ax ay (x^2 / ax^2 + y^2 / ay^2 + z^2)^2 (s_i cos_o + s_o cos_i)). `squared` is ax^2, ay^2 and `inverse`
-// their reciprocals; `norm` is 1 / (2 pi ax ay).
+// 1 / (2 pi ax ay spread^2 (s_i cos_o + s_o cos_i)). `squared` is ax^2, ay^2 and `inverse` their reciprocals; `norm` is
+// 1 / (2 pi ax ay).
 JB_INLINE jb_real jb_ggx_lobe(
     const jb_real3 wi, const jb_real3 wo, const jb_real3 wh, const float squared_x, const float squared_y,
     const float inverse_x, const float inverse_y, const float norm) {
-    const jb_real spread = inverse_x * wh.x * wh.x + inverse_y * wh.y * wh.y + wh.z * wh.z;
+    const jb_real spread = jb_ggx_spread(wh, inverse_x, inverse_y);
     const jb_real across =
         jb_stretched(wi, squared_x, squared_y) * wo.z + jb_stretched(wo, squared_x, squared_y) * wi.z;
     return norm / (spread * spread * across);
+}
+
+// The same with masking and shadowing independent: 1 / (pi ax ay spread^2 (s_i + cos_i) (s_o + cos_o)), and `norm`
+// 1 / (pi ax ay).
+JB_INLINE jb_real jb_separable_ggx_lobe(
+    const jb_real3 wi, const jb_real3 wo, const jb_real3 wh, const float squared_x, const float squared_y,
+    const float inverse_x, const float inverse_y, const float norm) {
+    const jb_real spread = jb_ggx_spread(wh, inverse_x, inverse_y);
+    const jb_real light = jb_stretched(wi, squared_x, squared_y) + wi.z;
+    const jb_real view = jb_stretched(wo, squared_x, squared_y) + wo.z;
+    return norm / (spread * spread * light * view);
 }
 
 #endif

@@ -3,6 +3,7 @@
 // alpha_x^2, alpha_y^2, their reciprocals and 1 / (2 pi alpha_x alpha_y), and, unless JB_ISOTROPIC, cosine and sine of the
 // angle of its axes.
 #include "directions.cl"
+#include "fresnel.cl"
 #include "microfacet.cl"
 #include "output.cl"
 
@@ -16,6 +17,7 @@ JB_INLINE jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGH
     const jb_real3 light = jb_lift(wi);
     const jb_real3 view = jb_lift(wo);
     const jb_Facet facet = jb_facet(light, view);
+    const jb_real grazing = jb_schlick_weight(facet.cos);
 #ifdef JB_DIFFUSE
     jb_real3 f = {
         JB_REAL(weights[JB_DIFFUSE]), JB_REAL(weights[JB_DIFFUSE + 1]), JB_REAL(weights[JB_DIFFUSE + 2])};
@@ -32,9 +34,9 @@ JB_INLINE jb_real3 JB_NAME(model)(const jb_real3 wi, const jb_real3 wo, JB_WEIGH
             jb_turn_back(axes, light), jb_turn_back(axes, view), jb_turn_back(axes, facet.wh), own[3], own[4], own[5],
             own[6], own[7]);
 #endif
-        f.x += lobe * (own[0] + (1.0f - own[0]) * facet.grazing_5);
-        f.y += lobe * (own[1] + (1.0f - own[1]) * facet.grazing_5);
-        f.z += lobe * (own[2] + (1.0f - own[2]) * facet.grazing_5);
+        f.x += lobe * (own[0] + (1.0f - own[0]) * grazing);
+        f.y += lobe * (own[1] + (1.0f - own[1]) * grazing);
+        f.z += lobe * (own[2] + (1.0f - own[2]) * grazing);
     }
     return jb_above_horizon(wi, wo, f);
 }

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxbrdf.core.ranges import ANY, Range
-from jaxbrdf.fit.least_squares import best_starts, solve
+from jaxbrdf.fit.least_squares import best_starts, covariance, solve
 
 
 class Line(NamedTuple):
@@ -45,10 +45,11 @@ def test_a_line_and_its_covariance_are_the_textbooks():
     rng = np.random.default_rng(1)
     x = np.linspace(-1, 2, 400)
     y = 0.7 * x - 0.2 + 0.1 * rng.standard_normal(400)
-    found = solve(line_residuals, starts_of(Line, -1, 1, 3), (jnp.asarray(x, jnp.float32), jnp.asarray(y, jnp.float32)))
-    want, covariance = np.polyfit(x, y, 1, cov=True)
+    data = jnp.asarray(x, jnp.float32), jnp.asarray(y, jnp.float32)
+    found = solve(line_residuals, starts_of(Line, -1, 1, 3), data)
+    want, spread = np.polyfit(x, y, 1, cov=True)
     np.testing.assert_allclose([found.params.slope, found.params.height], want, atol=1e-3)
-    np.testing.assert_allclose(found.covariance, covariance, rtol=2e-2)
+    np.testing.assert_allclose(covariance(line_residuals, found.params, data), spread, rtol=1e-3)
     np.testing.assert_allclose(found.cost, np.mean((np.polyval(want, x) - y) ** 2), rtol=1e-4)
 
 
@@ -79,3 +80,13 @@ def test_the_nearest_starts_are_kept_in_order():
     x = jnp.linspace(-1.0, 1.0, 50)
     kept = best_starts(line_residuals, starts, (x, x), 2)
     np.testing.assert_allclose(kept.slope, [1.1, 0.0])
+
+
+def test_what_the_data_do_not_determine_is_huge_and_leaves_the_rest():
+    def residuals(params: Line, data: jax.Array) -> jax.Array:
+        return params.slope - data
+
+    y = jnp.asarray(np.random.default_rng(0).normal(2.0, 0.1, 100), jnp.float32)
+    spread = covariance(residuals, Line(jnp.mean(y), jnp.array(0.0)), y)
+    np.testing.assert_allclose(spread[0, 0], np.var(y) / 98, rtol=1e-3)
+    assert spread[1, 1] > 1e8

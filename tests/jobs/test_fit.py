@@ -56,7 +56,7 @@ def files(folder: Path) -> list[str]:
 def test_it_leaves_a_bundle_a_report_and_a_picture(tmp_path: Path, trained: dict[str, Any]):
     del trained
     result = fit(config(tmp_path, seed=5), Listener())
-    assert files(tmp_path) == ["bundle.png", "bundle.report.json", "bundle.safetensors"]
+    assert files(tmp_path) == ["bundle.png", "bundle.report.json", "bundle.residuals.png", "bundle.safetensors"]
     manifest = bundles.load(result.paths.bundle).manifest
     report = json.loads(result.paths.report.read_text())
     assert report == result.report
@@ -67,13 +67,14 @@ def test_it_leaves_a_bundle_a_report_and_a_picture(tmp_path: Path, trained: dict
     assert report["cost"].pop("sampler_seconds") > 0
     assert report["cost"] == COST | {"jax_ns_per_evaluation": 100.0}
     assert report["largest_albedo"] == [0.5, 0.5, 0.5]
-    assert png.read(result.paths.picture.read_bytes(), result.paths.picture).std() > 0
+    for picture in (result.paths.picture, result.paths.residuals):
+        assert png.read(picture.read_bytes(), picture).std() > 0
 
 
 def test_a_bundles_name_gives_the_names_of_the_rest(tmp_path: Path, trained: dict[str, Any]):
     del trained
     fit(FitConfig("gold", str(tmp_path / "fit" / "satin.safetensors")), Listener())
-    assert files(tmp_path) == ["satin.png", "satin.report.json", "satin.safetensors"]
+    assert files(tmp_path) == ["satin.png", "satin.report.json", "satin.residuals.png", "satin.safetensors"]
 
 
 def test_errors_are_those_of_the_rounded_parameters(tmp_path: Path, trained: dict[str, Any]):
@@ -102,13 +103,13 @@ def test_a_fit_that_cannot_be_stored_keeps_its_checkpoint(
     assert files(tmp_path) == ["bundle.checkpoint"]
 
 
-@pytest.mark.parametrize("number", [0, 1, 2])
+@pytest.mark.parametrize("number", [0, 1, 3])
 def test_a_disk_that_fills_leaves_whole_files_and_the_checkpoint(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, trained: dict[str, Any], number: int
 ):
-    """With the bundle, the report or the picture."""
+    """With the bundle, the report or the last picture."""
     del trained
-    whole = ["bundle.safetensors", "bundle.report.json", "bundle.png"]
+    whole = ["bundle.safetensors", "bundle.report.json", "bundle.png", "bundle.residuals.png"]
     written = []
 
     def write_new(path: Path, content: bytes) -> None:

@@ -15,23 +15,39 @@ import pytest
 from jaxbrdf import cli
 from jaxbrdf.errors import BudgetError, FitError, JaxbrdfError
 from jaxbrdf.export import bundle as bundles
-from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.jobs import finishing, fitting, judge, price, search, store
+from jaxbrdf.export.bundle import Bundle, Precision
+from jaxbrdf.jobs import finishing, fit, fitting, judge, price, search, store
 from jaxbrdf.jobs.budget import Budget, Rejected, check_budget, within_price
 from jaxbrdf.jobs.candidate import Candidate
 from jaxbrdf.jobs.fit import FitResult
 from jaxbrdf.jobs.fit_config import FitConfig
-from jaxbrdf.jobs.grid import CAPABILITY
+from jaxbrdf.jobs.grid import ANALYTIC, CAPABILITY
 from jaxbrdf.jobs.price import Price
 from jaxbrdf.opencl.parameters import stored_precision
 from jaxbrdf.types import Material
-from tests.jobs.tiny import PICTURES, Listener, hasten_finishing, hasten_judge, let_diverge, pretend_to_train, run_json
+from tests.jobs.tiny import (
+    NO_RESIDUALS,
+    PICTURES,
+    Listener,
+    hasten_finishing,
+    hasten_judge,
+    let_diverge,
+    pretend_to_train,
+    run_json,
+)
 
 NAIVE, NBRDF, PAPER, OWN = Candidate("naive-mlp"), Candidate("nbrdf"), Candidate("gated"), Candidate("gated", (16, 16))
 GRID = (NAIVE, NBRDF, PAPER, OWN)
-NS = {"naive-mlp paper": 40.0, "nbrdf paper": 20.0, "gated paper": 30.0, "gated 16-16": 60.0}
-ERRORS = {"naive-mlp paper": 0.4, "nbrdf paper": 0.2, "gated paper": 0.1, "gated 16-16": 0.05}
-SIZES = {sum(np.size(leaf) for leaf in jax.tree.leaves(fitting.unfitted(c, isotropic=True).params)): c for c in GRID}
+GGX = Candidate("ggx")
+NS = {"ggx": 3.0, "naive-mlp paper": 40.0, "nbrdf paper": 20.0, "gated paper": 30.0, "gated 16-16": 60.0}
+ERRORS = {"ggx": 0.5, "naive-mlp paper": 0.4, "nbrdf paper": 0.2, "gated paper": 0.1, "gated 16-16": 0.05}
+
+
+def size(params: Any) -> int:
+    return sum(np.size(leaf) for leaf in jax.tree.leaves(params))
+
+
+SIZES = {size(fitting.unfitted(c, isotropic=True).params): c for c in (GGX, *GRID)}
 
 
 @pytest.fixture(autouse=True)
@@ -42,10 +58,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return {name: Price(NS[name.removesuffix(" float16")], 1.0, 2.0, 98.0, 99.0) for name in bundles}
 
     def judgement(fit: Material, _: Any) -> judge.Judgement:
-        candidate = SIZES[sum(np.size(leaf) for leaf in jax.tree.leaves(fit.params))]
+        candidate = SIZES[size(fit.params)]
         error = ERRORS[candidate.name]
         errors = {"smape": error, "mae": 2 * error, "rmse": error, "log_rmse": error, "image_flip": 0.125 * error}
-        return judge.Judgement(errors | {f"{name}_standard_error": 0.0 for name in errors}, PICTURES)
+        return judge.Judgement(errors | {f"{name}_standard_error": 0.0 for name in errors}, PICTURES, NO_RESIDUALS)
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(search, "CAPABILITY", GRID)
@@ -110,7 +126,7 @@ def test_the_metric_decides(metric: str, bound: float, taken: str):
 def test_what_is_written_is_what_a_fit_writes():
     """And nothing of the search is left."""
     result = searched(Budget(max_error=0.1), seed=5)
-    assert files() == ["bundle.png", "bundle.report.json", "bundle.safetensors"]
+    assert files() == ["bundle.png", "bundle.report.json", "bundle.residuals.png", "bundle.safetensors"]
     report = json.loads(result.paths.report.read_text())
     assert report == result.report
     assert report["budget"] == {"max_ns": None, "max_error": 0.1, "metric": "smape", "model": None}
@@ -119,6 +135,23 @@ def test_what_is_written_is_what_a_fit_writes():
     manifest = bundles.load(result.paths.bundle).manifest
     assert (manifest.model, manifest.errors, manifest.provenance.seed) == ("gated", report["errors"], 5)
     assert manifest.config == PAPER.sizes(isotropic=True)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float16"])
+def test_the_cheapest_may_be_an_analytic_model(
+    monkeypatch: pytest.MonkeyPatch, trainings: list[str], precision: Precision
+):
+    monkeypatch.setattr(search, "CAPABILITY", (GGX, *GRID))
+    monkeypatch.setattr(fit, "uncertainty", lambda problem, params: {"parameters": sorted(params._asdict())})
+    taken = searched(Budget(max_error=0.6), precision=precision)
+    assert trainings == ["ggx"]
+    assert (taken.report["candidate"], taken.report["parameters"]) == ("ggx", ["albedo", "lobes"])
+    assert (taken.report["config"]["model"], taken.report["config"]["paper_sizes"]) == ("ggx", False)
+    assert bundles.load(taken.paths.bundle).manifest.provenance.preset == "least-squares"
+    assert searched(Budget(max_ns=5.0), precision=precision).report["candidate"] == "ggx"
+    dearer = searched(Budget(max_error=0.2), precision=precision)
+    assert rejected(dearer)["ggx"] == (3.0, 0.5, "smape above 0.2")
+    assert "parameters" not in dearer.report
 
 
 def test_a_model_and_the_papers_sizes_restrict_the_choice(trainings: list[str]):
@@ -149,7 +182,7 @@ def test_where_none_is_close_enough_the_fits_stay_and_no_bundle_is_written(train
     result = searched(Budget(max_ns=50.0, max_error=0.1), resume=True)
     assert len(trainings) == 3
     assert result.report["candidate"] == "gated paper"
-    assert files() == ["bundle.png", "bundle.report.json", "bundle.safetensors"]
+    assert files() == ["bundle.png", "bundle.report.json", "bundle.residuals.png", "bundle.safetensors"]
 
 
 def test_without_resuming_it_begins_anew(trainings: list[str]):
@@ -195,14 +228,14 @@ def test_a_bundles_name_gives_the_names_of_the_rest():
     with pytest.raises(BudgetError, match=r"out/satin\.candidates/gated-16-16\.safetensors"):
         search.search(FitConfig("gold", "out/satin.safetensors"), Budget(max_error=0.01), Listener())
     search.search(FitConfig("gold", "out/satin.safetensors"), Budget(max_error=0.2), Listener())
-    assert files() == ["satin.png", "satin.report.json", "satin.safetensors"]
+    assert files() == ["satin.png", "satin.report.json", "satin.residuals.png", "satin.safetensors"]
 
 
 def test_the_command_tells_it_as_text_and_as_json(capsys: pytest.CaptureFixture[str]):
     arguments = ["fit", "gold", "-o", "out", "--max-error", "0.025", "--metric", "flip", "--max-ns", "50"]
     found = run_json(capsys, *arguments)
     assert found["candidate"] == "nbrdf paper"
-    assert found["files"].keys() == {"bundle", "report", "picture"}
+    assert found["files"].keys() == {"bundle", "report", "picture", "residuals"}
     assert {one["candidate"] for one in found["rejected"]} == {"naive-mlp paper", "gated paper", "gated 16-16"}
 
 
@@ -252,4 +285,4 @@ def test_the_choice_is_from_the_whole_order_of_capability(monkeypatch: pytest.Mo
     left = search.considered(FitConfig("gold", "out", precision="float16"), Budget(max_ns=1.0))
     assert left == [dataclasses.replace(c, precision="float16") for c in CAPABILITY]
     widths = [len(c.hidden or ()) for c in search.considered(FitConfig("gold", "out", paper_sizes=True), Budget())]
-    assert widths == [0] * 4
+    assert widths == [0] * (4 + len(ANALYTIC))

@@ -17,7 +17,7 @@ from jaxbrdf.checks.partition import polar
 from jaxbrdf.core.directions import spherical
 from jaxbrdf.core.fresnel import Schlick
 from jaxbrdf.core.roughness import Isotropic, Turned
-from jaxbrdf.models.ggx import GgxConfig, GgxLobe, GgxLobesParams, TwoGgxConfig, ggx_lobes, start_ggx
+from jaxbrdf.models.ggx import BareGgxConfig, GgxConfig, GgxLobe, GgxLobesParams, TwoGgxConfig, ggx_lobes, start_ggx
 from jaxbrdf.sampling.pairs import draw_weighted
 from jaxbrdf.types import Brdf
 
@@ -53,7 +53,7 @@ def test_values_gradients_and_sampler_hold(lobes: int, params: GgxLobesParams):
         assert found.p_value > significance_of_each(0.01, 4)
 
 
-@pytest.mark.parametrize("config", [GgxConfig(), TwoGgxConfig(isotropic=False), GgxConfig(diffuse=False)])
+@pytest.mark.parametrize("config", [GgxConfig(), TwoGgxConfig(isotropic=False), BareGgxConfig()])
 def test_starts_are_valid_and_differ(config: GgxConfig):
     starts = jax.vmap(lambda key: start_ggx(key, config))(jax.random.split(jax.random.key(0), 100))
     assert len(starts.lobes) == config.lobes

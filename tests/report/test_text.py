@@ -9,7 +9,12 @@ from jaxbrdf.report import text
 ERRORS = {"mae": 0.125, "smape": 0.25, "rmse": 2.5, "log_rmse": 0.0625}
 SPREADS = {f"{name}_standard_error": value / 100 for name, value in ERRORS.items()}
 IMAGE = {"image_flip": 0.03125, "image_ssim": 0.96875}
-FILES = {"bundle": "out/bundle.safetensors", "report": "out/bundle.report.json", "picture": "out/bundle.png"}
+FILES = {
+    "bundle": "out/bundle.safetensors",
+    "report": "out/bundle.report.json",
+    "picture": "out/bundle.png",
+    "residuals": "out/bundle.residuals.png",
+}
 
 
 def fit_result(**cost: float) -> dict[str, Any]:
