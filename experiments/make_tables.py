@@ -67,6 +67,21 @@ def models(rows: list[Row]) -> str:
     return markdown(grouped(rows, "model", columns), columns)
 
 
+def energy(rows: list[Row]) -> str:
+    """The largest albedo with and without the energy scale, errors over those without, and both times."""
+    columns = (
+        MATERIAL,
+        Column("albedo_without", "albedo without", ".3f", max),
+        Column("albedo", "with", ".4f", max),
+        Column("mae_ratio", "MAE", ".3f", geometric_mean),
+        Column("smape_ratio", "SMAPE", ".3f", geometric_mean),
+        Column("rmse_ratio", "RMSE", ".3f", geometric_mean),
+        Column("ns_without", "OpenCL, ns without", ".1f", geometric_mean),
+        Column("ns", "with", ".1f", geometric_mean),
+    )
+    return markdown(rows, columns, closing="geometric mean; greatest albedo")
+
+
 def least_squares(found: dict[str, Any]) -> str:
     """Errors of each analytic model over all materials, and the slowest fit."""
     columns = (
@@ -222,6 +237,7 @@ TABLES = (
     Table("bench_fit_standard", "bench_fit.py --preset standard", fits),
     Table("bench_models", "bench_models.py", models),
     Table("least_squares", "bench_least_squares.py", least_squares),
+    Table("energy", "bench_energy.py", energy),
     Table("throughput", "bench_throughput.py", throughput),
     Table("opencl_speed", "bench_opencl.py", opencl_speed),
     Table("opencl_effects", "bench_opencl.py", opencl_effects, source="opencl_speed"),

@@ -11,7 +11,7 @@ from jaxbrdf.brdf.microfacet import MICROFACET, ggx
 from jaxbrdf.core.directions import spherical
 from jaxbrdf.core.fresnel import Conductor
 from jaxbrdf.core.grazing import grazing, view_at
-from tests.brdf.quadrature import albedo_by_rings
+from jaxbrdf.checks.rings import albedo_by_rings
 
 
 def test_a_lambertian_returns_its_albedo_to_every_viewer():

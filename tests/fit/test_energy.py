@@ -13,7 +13,7 @@ from jaxbrdf.core.grazing import grazing, view_at
 from jaxbrdf.fit.energy import fit_energy_scale
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Query
-from tests.brdf.quadrature import albedo_by_rings
+from jaxbrdf.checks.rings import albedo_by_rings
 
 WHITE = PrincipledParams(jnp.array([1.0, 0.9, 0.2]), jnp.array(1.0), jnp.array(1.5))
 """Returns 1.05 of red light at the normal and 1.6 at the horizon; 0.22 to 0.36 of blue light."""

@@ -17,7 +17,7 @@ from jaxbrdf.jobs.finishing import finished
 from jaxbrdf.jobs.fit_config import FitConfig
 from jaxbrdf.jobs.reference import open_reference
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
-from tests.brdf.quadrature import albedo_by_rings
+from jaxbrdf.checks.rings import albedo_by_rings
 from tests.export.bundles import bundle_of
 from tests.jobs.tiny import Listener, hasten_finishing, hasten_judge
 
