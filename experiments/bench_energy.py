@@ -3,8 +3,8 @@
     for name in ...; do jaxbrdf fit rgl/${name}_rgb.bsdf -o FOLDER/$name --conserve-energy; done
     python experiments/bench_energy.py FOLDER        # a minute or two
 
-The albedo is summed by another rule than the one that the scale was fitted with: Gauss-Legendre rings about the mirrored
-viewer (`jaxbrdf.checks.rings`), at viewers between those of the fit. Both kernels are timed in the same rounds.
+The albedo is summed by another rule than the one that the scale was fitted with, rings about the mirrored viewer
+(`jaxbrdf.checks.rings`), at viewers between those of the fit. Both kernels are timed in the same rounds.
 
 Writes experiments/results/energy.json.
 """

@@ -24,7 +24,7 @@ def albedo_by_rings(
     rings: int = RINGS,
     sectors: int = SECTORS,
 ) -> np.ndarray:
-    """Integral of f cos(wi) over wi for one viewer `(3,)` in float64, `(3,)`; as many rings in each decade of the angle.
+    """Integral of f cos(wi) over wi for one viewer, `(3,)` in float64; as many rings in each decade of the angle.
 
     Gauss and Legendre's rule in the angle's logarithm, the trapezium's around; the horizon cuts through the last rings,
     which leaves an error like one over the number of sectors there.

@@ -103,7 +103,7 @@ def _run_search(config: FitConfig, budget: Budget, options: argparse.Namespace) 
 def _tell(kept: str, config: FitConfig, *, model: str | None, **more: Any) -> None:
     """How an interrupted fit goes on."""
     given = {"preset": config.preset, "seed": config.seed, "paper_sizes": config.paper_sizes}
-    options = {"model": model, **given, "precision": config.precision, **more, "resume": True}
-    options |= {"conserve_energy": config.conserve_energy, "no_sampler": not config.sampler}
+    parts = {"conserve_energy": config.conserve_energy, "no_sampler": not config.sampler}
+    options = {"model": model, **given, "precision": config.precision, **parts, **more, "resume": True}
     again = command_line(["fit", config.source, "-o", config.output], options)
     print(f"{kept}; to go on:\n  {again}", file=sys.stderr)

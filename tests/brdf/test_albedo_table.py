@@ -8,10 +8,10 @@ import numpy as np
 from jaxbrdf.brdf.albedo_table import AlbedoTable, albedo_at, table_views, tabulate_albedo
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.brdf.microfacet import MICROFACET, ggx
+from jaxbrdf.checks.rings import albedo_by_rings
 from jaxbrdf.core.directions import spherical
 from jaxbrdf.core.fresnel import Conductor
 from jaxbrdf.core.grazing import grazing, view_at
-from jaxbrdf.checks.rings import albedo_by_rings
 
 
 def test_a_lambertian_returns_its_albedo_to_every_viewer():

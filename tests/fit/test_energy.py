@@ -9,11 +9,11 @@ import numpy as np
 from jaxbrdf.brdf.energy_scale import KNOTS, EnergyScale, log2_loss, scale_terms, scaled
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.brdf.principled import PRINCIPLED, PrincipledParams
+from jaxbrdf.checks.rings import albedo_by_rings
 from jaxbrdf.core.grazing import grazing, view_at
 from jaxbrdf.fit.energy import fit_energy_scale
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Query
-from jaxbrdf.checks.rings import albedo_by_rings
 
 WHITE = PrincipledParams(jnp.array([1.0, 0.9, 0.2]), jnp.array(1.0), jnp.array(1.5))
 """Returns 1.05 of red light at the normal and 1.6 at the horizon; 0.22 to 0.36 of blue light."""

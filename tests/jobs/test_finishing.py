@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from jaxbrdf.checks.parity import random_params
+from jaxbrdf.checks.rings import albedo_by_rings
 from jaxbrdf.core.directions import spherical
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
@@ -17,7 +18,6 @@ from jaxbrdf.jobs.finishing import finished
 from jaxbrdf.jobs.fit_config import FitConfig
 from jaxbrdf.jobs.reference import open_reference
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
-from jaxbrdf.checks.rings import albedo_by_rings
 from tests.export.bundles import bundle_of
 from tests.jobs.tiny import Listener, hasten_finishing, hasten_judge
 
