@@ -35,7 +35,7 @@ fit: setup
 	$(BIN)/jaxbrdf fit $(INPUT) -o $(OUT)
 
 test: setup
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=30 --durations-min=5
 
 lint: setup
 	$(BIN)/ruff check .

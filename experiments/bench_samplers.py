@@ -1,7 +1,7 @@
 """How much noise each way of drawing light leaves in the radiance of measured materials, and what a draw costs.
 
     python experiments/bench_samplers.py                       # the RGL files: about a minute each on two cores
-    python experiments/bench_samplers.py --bundles FOLDER      # proxies of fitted bundles FOLDER/NAME instead
+    python experiments/bench_samplers.py --bundles FOLDER      # fitted bundles FOLDER/NAME, by the samplers they carry
     python experiments/bench_samplers.py cg_sunflower --nodes 64 --plain
 
 A view's radiance is the integral of f cos(wi) L(wi) over wi, L from an environment turned four ways about the surface.
@@ -10,7 +10,7 @@ heuristic and one draw of the light each (density q), integral (f cos L)^2 / (p 
 draws. All these integrals are estimated from the same points, drawn by a mixture of all samplers and the light, so
 ratios between samplers have little noise of their own; one material's variances are also measured by drawing.
 
-Writes experiments/results/samplers.json.
+Writes experiments/results/samplers.json, or bundle_samplers.json.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.sampling.proposal import COSINE, VISIBLE_NORMALS, Proposal
 from jaxbrdf.sampling.proxy import PROXY
 from jaxbrdf.sampling.sobol import sobol_points
-from jaxbrdf.sampling.view_proxy import of_view
+from jaxbrdf.sampling.view_proxy import ViewProxy, of_view
 from jaxbrdf.types import Brdf, Material, Params, Query
 
 RESULTS = Path(__file__).parent / "results"
@@ -83,15 +83,18 @@ def scene(path: Path) -> Scene:
     return Scene(make_environment(read(path.read_bytes(), path)), jnp.asarray(turns, jnp.float32), views)
 
 
-def ways(material: Material, own: Material, config: ProxyFit) -> dict[str, Way]:
-    """Every sampler of the material; `own` is the measured file, whose sampler comes with it."""
+def ways(material: Material, own: Material, config: ProxyFit, stored: ViewProxy | None) -> dict[str, Way]:
+    """Every sampler of the material; `own` is the measured file, whose sampler comes with it.
+
+    The proxy is the one that is stored, or fitted here.
+    """
     evaluate, params = material.brdf.eval, material.params
     brdfs = sampled_brdfs(evaluate, own.brdf, config.proposal)
     made = {
         "cosine": lambda: None,
         "GGX": lambda: best_lobe(config, evaluate, params),
         "table": lambda: tabulate_conditional(ISOTROPIC, evaluate, params),
-        "proxy": lambda: fit_proxy(evaluate, params, config=config),
+        "proxy": lambda: stored or fit_proxy(evaluate, params, config=config),
         "file": lambda: own.params,
     }
     found = {}
@@ -224,9 +227,10 @@ def measure(path: Path, scene: Scene, arguments: argparse.Namespace) -> dict:
     """One material's row."""
     file = load(path)
     own, name = file._replace(brdf=reciprocal(file.brdf)), path.stem.removesuffix("_rgb")
-    material = bundle.material(bundle.load(arguments.bundles / name / BUNDLE)) if arguments.bundles else own
+    fitted = bundle.load(arguments.bundles / name / BUNDLE) if arguments.bundles else None
+    material, stored = (own, None) if fitted is None else (bundle.material(fitted), fitted.parts.sampler)
     config = ProxyFit(elevations=arguments.nodes, objective=arguments.objective, steps=arguments.steps)
-    found = ways(material, own, replace(config, proposal=PROXY) if arguments.plain else config)
+    found = ways(material, own, replace(config, proposal=PROXY) if arguments.plain else config, stored)
     noise, clock = variances(found, scene), nanoseconds(found)
     row = {"material": name, "mean_radiance": float(noise["radiance"].mean()), "samplers": {}}
     for i, (sampler, way) in enumerate(found.items()):
@@ -268,8 +272,9 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=ProxyFit().steps)
     parser.add_argument("--objective", default=ProxyFit().objective)
     parser.add_argument("--plain", action="store_true", help="all normals instead of the visible ones")
-    parser.add_argument("-o", "--output", type=Path, default=RESULTS / "samplers.json")
+    parser.add_argument("-o", "--output", type=Path)
     arguments = parser.parse_args()
+    output = arguments.output or RESULTS / ("bundle_samplers.json" if arguments.bundles else "samplers.json")
     data = Path(os.environ["JAXBRDF_DATA"])
     city = scene(data / "env" / "polyhaven_city.hdr")
     paths = sorted((data / "rgl").glob("*.bsdf"))
@@ -290,7 +295,7 @@ def main() -> None:
     settings = {"views": VIEWS, "turns": TURNS, "points": POINTS, "nodes": arguments.nodes}
     settings |= {"objective": arguments.objective, "normals": "all" if arguments.plain else "visible"}
     report = {"settings": settings, "summary": summary(rows), "materials": rows}
-    arguments.output.write_text(json.dumps(report, indent=1) + "\n")
+    output.write_text(json.dumps(report, indent=1) + "\n")
     print(json.dumps(report["summary"], indent=1))
 
 

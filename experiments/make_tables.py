@@ -245,6 +245,7 @@ TABLES = (
     Table("half_storage", "check_half_storage.py", half_storage),
     Table("mitsuba_brdfs", "check_brdfs_against_mitsuba.py", mitsuba_brdfs),
     Table("samplers", "bench_samplers.py", samplers),
+    Table("bundle_samplers", "bench_samplers.py --bundles", samplers),
     Table("rgl_mitsuba", "check_rgl_against_mitsuba.py", rgl),
 )
 

@@ -120,7 +120,8 @@ def _log_gloss(own: SgdParams, both: jax.Array) -> jax.Array:
 
 
 def _tan_squared(both: jax.Array) -> jax.Array:
-    return sum_of_squares(both[..., :2]) / (both[..., 2] * both[..., 2])
+    # the quotients first: backwards a cotangent over z^4 would overflow before it meets a zero
+    return sum_of_squares(both[..., :2] / both[..., 2:])
 
 
 def _gamma(own: SgdParams) -> jax.Array:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxbrdf.core.ranges import Range, ranges_of
+from jaxbrdf.core.ranges import Range, clamp, ranges_of
 from jaxbrdf.types import Params
 
 
@@ -16,13 +16,14 @@ def extremes(params: Params, *, hard: Sequence[Params] = ()) -> Params:
     """Parameters with a first axis: `params` itself, all at their low ends, all high, all in the middle of the ranges,
     one leaf at a time at either end, and the `hard` ones.
 
-    What declares no finite range keeps its value.
+    What declares no finite range keeps its value; what is valid only together is put to the nearest that is.
 
     Args:
         hard: more parameters of the same kind, such as those that are hard together.
     """
     leaves, kind = jax.tree.flatten(params)
-    stack = [[np.asarray(leaf) for leaf in changed] for changed in _variants(leaves, ranges_of(params))]
+    changed = [jax.tree.unflatten(kind, one) for one in _variants(leaves, ranges_of(params))]
+    stack = [[np.asarray(leaf) for leaf in jax.tree.leaves(clamp(one))] for one in changed]
     stack += [[np.asarray(leaf) for leaf in jax.tree.leaves(own)] for own in hard]
     return jax.tree.unflatten(kind, [jnp.asarray(np.stack(same)) for same in zip(*stack, strict=True)])
 
@@ -30,11 +31,11 @@ def extremes(params: Params, *, hard: Sequence[Params] = ()) -> Params:
 def random_stack(rng: np.random.Generator, params: Params, count: int) -> Params:
     """`count` parameters drawn evenly between the ends of each range, by ratio where one is many times the other.
 
-    What declares no finite range keeps its value.
+    What declares no finite range keeps its value; what is valid only together is put to the nearest that is.
     """
     leaves, kind = jax.tree.flatten(params)
     drawn = [_drawn(rng, np.asarray(leaf), valid, count) for leaf, valid in zip(leaves, ranges_of(params), strict=True)]
-    return jax.tree.unflatten(kind, drawn)
+    return clamp(jax.tree.unflatten(kind, drawn))
 
 
 def _drawn(rng: np.random.Generator, leaf: np.ndarray, valid: Range, count: int) -> jax.Array:

@@ -16,11 +16,9 @@ from jaxbrdf.brdf.multiple_scattering import MULTIPLE_SCATTERING
 from jaxbrdf.brdf.oren_nayar import OREN_NAYAR, OrenNayarParams
 from jaxbrdf.brdf.sheen import SHEEN, SheenParams
 from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
-from jaxbrdf.checks.chi_square import significance_of_each
 from jaxbrdf.checks.furnace import directional_albedo
 from jaxbrdf.core.fresnel import Conductor, Dielectric, Schlick
 from jaxbrdf.core.ggx import Ggx
-from jaxbrdf.core.ranges import check_ranges
 from jaxbrdf.core.roughness import Isotropic
 from jaxbrdf.types import Brdf, Query
 from tests.brdf import lobes
@@ -125,18 +123,6 @@ def test_plastic_is_substrate_and_facets():
     body, surface = SubstrateParams(jnp.array(COLOUR), eta), MicrofacetParams(GLOSS, Dielectric(eta))
     want = SUBSTRATE.eval(body, query) + MICROFACET.eval(surface, query)
     np.testing.assert_allclose(lobes.EVAL(*compose(body, surface), query), want, rtol=1e-6)
-
-
-def test_many_effects_pass_the_common_checks():
-    brdf, effects = compose(*MANY)
-    check_ranges(effects)
-    lobes.assert_finite_and_reciprocal(brdf, effects, within=4e-6)
-    lobes.assert_float32_is_enough(brdf, effects, relative=1e-4)
-
-
-@pytest.mark.parametrize("effects", [MANY, (BODY, coat(1.5)), (BODY, sheen(0.8))], ids=["many", "coat", "sheen"])
-def test_sampler_is_exact(effects: tuple[Any, ...]):
-    lobes.assert_sampler_is_exact(*compose(*effects), significance_of_each(0.01, 9), within=3e-4)
 
 
 def test_draws_carry_the_light():

@@ -11,11 +11,7 @@ from jax.test_util import check_grads
 from jaxbrdf.brdf.microfacet import MICROFACET, MicrofacetParams
 from jaxbrdf.brdf.microfacet_loss import loss, mean_loss
 from jaxbrdf.brdf.multiple_scattering import MULTIPLE_SCATTERING, mean_reflectance
-from jaxbrdf.checks.chi_square import chi_square
-from jaxbrdf.checks.finite import find_faults
 from jaxbrdf.checks.furnace import directional_albedo
-from jaxbrdf.checks.reciprocity import asymmetry
-from jaxbrdf.checks.sampler import sampler_mismatch
 from jaxbrdf.core.beckmann import Beckmann
 from jaxbrdf.core.directions import spherical
 from jaxbrdf.core.fresnel import Conductor, Dielectric, Fresnel, Schlick, diffuse_reflectance
@@ -128,27 +124,6 @@ def test_the_loss_vanishes_with_the_roughness_and_its_gradient_is_finite():
     assert 0 < float(f[0, 0]) < 1e-7
     for alpha in (1e-4, 0.3, 1.0):
         assert np.all(np.isfinite(by_alpha(jnp.array(alpha), wo)))
-
-
-@pytest.mark.parametrize(
-    "params",
-    [
-        white("ggx", numbers(Isotropic, 1e-4)),
-        white("beckmann", numbers(Isotropic, 1.0)),
-        MicrofacetParams(Ggx(numbers(Turned, 1e-4, 1.0, 0.3)), Conductor(jnp.full(3, 0.2), jnp.full(3, 3.0))),
-        MicrofacetParams(Beckmann(numbers(Tensor, 0.3, 0.3, 0.0)), Dielectric(jnp.array(1.5))),
-    ],
-    ids=["mirror", "rough", "metal", "glass"],
-)
-def test_common_checks(params: MicrofacetParams):
-    assert find_faults(MULTIPLE_SCATTERING, params) == []
-    query = jax.jit(draw_pairs, static_argnums=1)(jax.random.key(0), 2000)
-    assert float(jnp.max(asymmetry(MULTIPLE_SCATTERING, params, query))) < 2e-6
-    wo = jnp.broadcast_to(spherical(jnp.array([0.0, 0.8, 1.5]), jnp.zeros(3))[:, None], (3, 2000, 3))
-    u = jax.random.uniform(jax.random.key(1), wo.shape)
-    mismatch = sampler_mismatch(MULTIPLE_SCATTERING, params, wo, u)
-    assert float(jnp.max(jnp.stack(mismatch))) < 1e-5
-    assert chi_square(jax.random.key(2), MULTIPLE_SCATTERING, params, wo[1, 0], samples=20_000).p_value > 1e-3
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -18,6 +18,7 @@ from jaxbrdf.brdf.abc import ABC, AbcParams
 from jaxbrdf.brdf.ashikhmin_shirley import ASHIKHMIN_SHIRLEY, AshikhminShirleyParams
 from jaxbrdf.brdf.builtin import MATERIALS
 from jaxbrdf.brdf.effects import STACK, Coat, Film, MultipleScattering
+from jaxbrdf.brdf.energy_scale import TERMS, EnergyScale
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.brdf.layered import LayeredParams, layered
 from jaxbrdf.brdf.metallic_roughness import METALLIC_ROUGHNESS, MetallicRoughnessParams
@@ -38,6 +39,8 @@ from jaxbrdf.core.directions import above_horizon
 from jaxbrdf.core.fresnel import Dielectric, Schlick, SchlickF82
 from jaxbrdf.core.ggx import Ggx
 from jaxbrdf.core.roughness import Axes, Isotropic, Tensor, Turned
+from jaxbrdf.export.assembled import BundleParams, assembled
+from jaxbrdf.export.parts import Parts
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.table import ANALYTIC, MODELS, brdf_of, config_of, is_reciprocal
 from jaxbrdf.sampling.conditional import ViewGrid, conditional, tabulate_conditional
@@ -138,14 +141,25 @@ def principled() -> Subject:
 
 
 def of_model(name: str, *, peak: float = 1.0) -> Subject:
-    """A learned model with random parameters, or an analytic one in the middle of its own; f times `peak`."""
+    """A learned model with random parameters, or an analytic one at a start of its fits; f times `peak`."""
     config = with_isotropy(config_of(name)(), False)
     brdf = brdf_of(name, config)
     if name in ANALYTIC:
-        return Subject(Material("", brdf, ANALYTIC[name].start(jax.random.key(3), config), False), reciprocal=True)
+        # of this key lobes are 9 : 1 at most: about a much thinner one the checks' cells are too coarse to be summed
+        return Subject(Material("", brdf, ANALYTIC[name].start(jax.random.key(6), config), False), reciprocal=True)
     model = MODELS[name].build(config)
     params = random_params(1, model) if peak == 1.0 else _brightened(demanding_params(jax.random.key(0), model), peak)
     return Subject(Material("", brdf, jax.tree.map(jnp.asarray, params), False), reciprocal=is_reciprocal(name))
+
+
+def bundled() -> Subject:
+    """A gated model with an energy scale and a sampler, as bundles have them."""
+    config = with_isotropy(config_of("gated")(), True)
+    model = MODELS["gated"].build(config)
+    weights = jnp.asarray(np.random.default_rng(7).uniform(0.0, 0.5, (TERMS, 3)), jnp.float32)
+    parts = Parts(EnergyScale(weights), over_views())
+    params = jax.tree.map(jnp.asarray, BundleParams(demanding_params(jax.random.key(3), model), parts))
+    return Subject(Material("", assembled(Brdf(model.eval), parts), params, True), reciprocal=True)
 
 
 def _brightened(params: Params, factor: float) -> Params:
@@ -275,6 +289,7 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
 LEARNED: Mapping[str, Row] = MappingProxyType(
     {
         **{f"model {name}": Row(name, lambda name=name: of_model(name)) for name in (*MODELS, *ANALYTIC)},
+        "bundle with scale and sampler": Row(assembled, bundled),
         "model gated, peaks of 1e6": Row("gated", lambda: of_model("gated", peak=1e6)),
     }
 )

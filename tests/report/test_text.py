@@ -20,7 +20,8 @@ FILES = {
 def fit_result(**cost: float) -> dict[str, Any]:
     times = {"fit_seconds": 55.5, "compile_seconds": 7.25, "jax_ns_per_evaluation": 140.04}
     errors = ERRORS | SPREADS | IMAGE
-    return {"files": FILES, "errors": errors, "cost": times | cost, "opencl_device": "a device (PoCL, 3.1)"}
+    told = {"opencl_device": "a device (PoCL, 3.1)", "largest_albedo": [0.25, 0.75, 0.5]}
+    return {"files": FILES, "errors": errors, "cost": times | cost, **told}
 
 
 def test_a_fit_tells_its_errors_beside_their_cost_and_where_it_is():
@@ -30,10 +31,16 @@ def test_a_fit_tells_its_errors_beside_their_cost_and_where_it_is():
     assert lines["log-RMSE"].split() == ["log-RMSE", "0.062500", "+-", "0.000625"]
     assert "0.0312" in lines["FLIP"]
     assert "SSIM 0.9688" in lines["FLIP"]
+    assert lines["albedo"].split() == ["albedo", "0.750", "at", "most"]
     assert "55.5 s, compilation 7.2 s" in lines["fitting"]
     assert "140.0 ns an evaluation" in lines["JAX"]
     assert "13.0 ns an evaluation on a device (PoCL, 3.1)" in lines["OpenCL"]
     assert [lines[name].split()[1] for name in FILES] == list(FILES.values())
+
+
+def test_an_energy_scale_tells_what_the_errors_were_without():
+    told = text.fit_report(fit_result() | {"without_energy_scale": {"mae": 0.5, "smape": 0.0625}})
+    assert "albedo    0.750 at most; without the energy scale MAE 0.500000, SMAPE 0.062500" in told
 
 
 def test_a_fit_without_opencl_tells_why():
