@@ -1,7 +1,8 @@
 """Fits the analytic models to measured files by least squares, and compares what they reach with many random starts.
 
-    python experiments/bench_least_squares.py                    # the 12 RGL files: about 10 minutes on two cores
+    python experiments/bench_least_squares.py                    # the 12 RGL files: about half an hour on two cores
     python experiments/bench_least_squares.py cg_sunflower       # some of them; writes nothing
+    python experiments/bench_least_squares.py --models ggx abc   # some models; writes nothing
 
 For each file and model: seconds of the fit after compilation, its squared error, and the least that any of 20 random
 starts reaches that are all followed to their end; errors of the fit as `jaxbrdf compare` defines them. For each model
@@ -74,6 +75,7 @@ def prices() -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("materials", nargs="*")
+    parser.add_argument("--models", nargs="+", choices=tuple(ANALYTIC), default=tuple(ANALYTIC))
     options = parser.parse_args()
     folder = Path(os.environ["JAXBRDF_DATA"]) / "rgl"
     names = options.materials or sorted(path.name.removesuffix("_rgb.bsdf") for path in folder.glob("*_rgb.bsdf"))
@@ -81,10 +83,10 @@ def main() -> None:
     for name in names:
         reference = open_reference(str(folder / f"{name}_rgb.bsdf"))
         pairs = list(true_pairs(jax.random.key(5), reference.evaluate, draw_weighted))
-        for model in ANALYTIC:
+        for model in options.models:
             rows.append(measure(reference, model, pairs))
             print(json.dumps(rows[-1]), flush=True)
-    if not options.materials:
+    if not options.materials and len(options.models) == len(ANALYTIC):
         RESULTS.write_text(json.dumps({"rows": rows, "opencl": prices()}, indent=1) + "\n")
 
 

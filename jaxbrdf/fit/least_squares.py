@@ -19,7 +19,7 @@ from jaxbrdf.types import Params
 LINEAR = lx.Normal(lx.Cholesky())
 """Normal equations: residuals are many and parameters few, and the damping keeps the matrix well conditioned."""
 
-STEPS = 200
+STEPS = 100
 PULL = 1e-2
 """Residuals are joined by this times each free number, or one whose best value lies at the end of its range would walk
 towards infinity: a free number of 10 adds as much to the sum of squares as one residual of 0.1."""
