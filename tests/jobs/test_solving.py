@@ -16,7 +16,7 @@ from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.fit import fit
 from jaxbrdf.jobs.fit_config import FitConfig
-from jaxbrdf.jobs.solving import Problem, solve_for, uncertainty
+from jaxbrdf.jobs.solving import FOLLOWED, Problem, solve_for, uncertainty
 from jaxbrdf.models.abc import AbcConfig
 from jaxbrdf.models.ggx import BareGgxConfig, GgxLobe, GgxLobesParams
 from jaxbrdf.models.table import brdf_of
@@ -69,12 +69,12 @@ def test_a_model_without_axes_says_so():
 
 def test_a_fit_from_end_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     hasten_judge(partial(monkeypatch.setattr, judge))
-    result = fit(FitConfig("gold", str(tmp_path), model="ggx-only"), Listener())
+    result = fit(FitConfig("gold", str(tmp_path), model="ggx-only", sampler=False), Listener())
     report = json.loads(result.paths.report.read_text(), parse_constant=pytest.fail)
     assert report == result.report
     assert report["errors"]["smape"] < 0.1
     assert report["correlation"]["names"] == NAMES
-    assert len(report["start_costs"]) == 8
+    assert len(report["start_costs"]) == FOLLOWED
     bundle = bundles.load(result.paths.bundle)
     assert bundle.manifest.provenance.preset == "least-squares"
     np.testing.assert_allclose(report["parameters"]["lobes.0.f0"]["value"], bundle.params.lobes[0].f0)
