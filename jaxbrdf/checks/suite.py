@@ -202,10 +202,6 @@ def viewer(theta: float) -> jax.Array:
     return spherical(jnp.array(theta), jnp.array(0.7))
 
 
-def _keys(key: jax.Array) -> jax.Array:
-    return jax.random.split(key, len(VIEWERS))
-
-
 def _ordinary_pairs(key: jax.Array, count: int) -> Query:
     """Pairs at least 0.1 radian from normal and horizon, and as far from each other's mirror image as may be."""
     u = np.asarray(jax.random.uniform(key, (4, count)), np.float64)

@@ -13,10 +13,16 @@ typedef struct {
 } jb_HalfDifference;
 
 // Cosine and sine of an azimuth.
-typedef struct {
-    jb_real cos;
-    jb_real sin;
-} jb_Azimuth;
+typedef jb_Angle jb_Azimuth;
+
+// 2^-24: the least cosine of a direction above the horizon (LEAST_COSINE in smith.py).
+#define JB_LEAST_LIFTED 5.9604645e-8f
+
+// w with its cosine raised to JB_LEAST_LIFTED.
+JB_INLINE jb_real3 jb_lift(const jb_real3 w) {
+    const jb_real3 lifted = {w.x, w.y, jb_max(w.z, JB_REAL(JB_LEAST_LIFTED))};
+    return lifted;
+}
 
 // Sine between w and the normal, from the components that keep their precision near the pole.
 JB_INLINE jb_real jb_sin_theta(const jb_real3 w) { return jb_safe_sqrt(w.x * w.x + w.y * w.y); }

@@ -2,10 +2,7 @@
 #ifndef JB_MICROFACET_CL
 #define JB_MICROFACET_CL
 
-#include "numerics.cl"
-
-// 2^-24: the least cosine of a direction above the horizon (LEAST_COSINE in smith.py).
-#define JB_LEAST_LIFTED 5.9604645e-8f
+#include "directions.cl"
 
 // What lobes read of a pair of lifted directions: the half vector, its cosine with either, and |wi + wo|^2.
 typedef struct {
@@ -13,12 +10,6 @@ typedef struct {
     jb_real cos;
     jb_real squared;
 } jb_Facet;
-
-// w with its cosine raised to JB_LEAST_LIFTED.
-JB_INLINE jb_real3 jb_lift(const jb_real3 w) {
-    const jb_real3 lifted = {w.x, w.y, jb_max(w.z, JB_REAL(JB_LEAST_LIFTED))};
-    return lifted;
-}
 
 JB_INLINE jb_Facet jb_facet(const jb_real3 wi, const jb_real3 wo) {
     const jb_real3 sum = {wi.x + wo.x, wi.y + wo.y, wi.z + wo.z};

@@ -24,9 +24,6 @@
 #define JB_STEEPEST 10.0f
 #define JB_MOST_CORRELATED 0.999f
 
-// 2^-24: the least cosine of a lifted direction (LEAST_COSINE in smith.py).
-#define JB_LEAST_PROXY_COSINE 5.9604645e-8f
-
 #define JB_INVERSE_PI 0.318309886f
 
 typedef struct {
@@ -45,11 +42,6 @@ JB_INLINE jb_real jb_steepness(const jb_real x) { return JB_STEEPEST * jb_tanh(x
 
 JB_INLINE jb_real jb_roughness(const jb_real x) {
     return jb_max(jb_exp2(jb_sigmoid(-x) * JB_LOG2_ROUGHNESS), JB_REAL(JB_LEAST_ROUGHNESS));
-}
-
-JB_INLINE jb_real3 jb_lift_off(const jb_real3 w) {
-    const jb_real3 lifted = {w.x, w.y, jb_max(w.z, JB_REAL(JB_LEAST_PROXY_COSINE))};
-    return lifted;
 }
 
 // v / |v|; the normal where v is too short to have a direction.
@@ -123,14 +115,14 @@ JB_INLINE jb_real3 jb_standard_view(const jb_Proxy p, const jb_real3 w) {
 
 // Both directions lifted off the horizon, added: along the half vector.
 JB_INLINE jb_real3 jb_both(const jb_real3 wi, const jb_real3 wo) {
-    const jb_real3 light = jb_lift_off(wi), view = jb_lift_off(wo);
+    const jb_real3 light = jb_lift(wi), view = jb_lift(wo);
     const jb_real3 sum = {light.x + view.x, light.y + view.y, light.z + view.z};
     return sum;
 }
 
 // Density of wi above the horizon; all in the viewer's frame, `both` too, whose digits are lost if that is added there.
 JB_INLINE jb_real jb_proxy_density(const jb_Proxy p, const jb_real3 wi, const jb_real3 wo, const jb_real3 both) {
-    const jb_real3 view = jb_lift_off(wo), wh = jb_unit(both);
+    const jb_real3 view = jb_lift(wo), wh = jb_unit(both);
     const jb_real x = (wh.x + p.slope_x * wh.z) / p.alpha_x;
     const jb_real y = ((wh.y + p.slope_y * wh.z) / p.alpha_y - p.r * x) / p.t;
     const jb_real spread = x * x + y * y + wh.z * wh.z;
@@ -180,7 +172,7 @@ JB_INLINE jb_real3 jb_tilt(const jb_real3 w, const jb_real3 n) {
 
 // The viewer mirrored about a normal that it sees (Dupuy and Benyoub 2023).
 JB_INLINE jb_real3 jb_mirrored_draw(const jb_Proxy p, const jb_real3 wo, const jb_real u, const jb_real v) {
-    const jb_real3 view = jb_lift_off(wo);
+    const jb_real3 view = jb_lift(wo);
     const jb_real3 seen = jb_unit(jb_standard_view(p, view));
     const jb_real behind = (seen.x * seen.x + seen.y * seen.y) / (1.0f - jb_min(seen.z, JB_REAL(0.0f)));
     const jb_real height = seen.z > 0.0f ? 1.0f + seen.z : behind;

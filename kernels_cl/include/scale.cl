@@ -2,16 +2,13 @@
 #ifndef JB_SCALE_CL
 #define JB_SCALE_CL
 
-#include "numerics.cl"
+#include "directions.cl"
 
 #define JB_SCALE_KNOTS 12
 
-// 2^-24: the least cosine that counts (LEAST_COSINE in smith.py).
-#define JB_LEAST_SCALED 5.9604645e-8f
-
 // t = 1 - cos^(1/4).
 JB_INLINE jb_real jb_grazing(const jb_real3 w) {
-    return 1.0f - jb_safe_sqrt(jb_safe_sqrt(jb_max(w.z, JB_REAL(JB_LEAST_SCALED))));
+    return 1.0f - jb_safe_sqrt(jb_safe_sqrt(jb_lift(w).z));
 }
 
 // f c(wi) c(wo).
