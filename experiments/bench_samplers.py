@@ -47,7 +47,7 @@ from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.sampling.proposal import COSINE, VISIBLE_NORMALS, Proposal
 from jaxbrdf.sampling.proxy import PROXY
 from jaxbrdf.sampling.sobol import sobol_points
-from jaxbrdf.sampling.view_proxy import ViewProxy, of_view
+from jaxbrdf.sampling.view_proxy import VIEW_PROXY, VISIBLE_VIEW_PROXY, ViewProxy
 from jaxbrdf.types import Brdf, Material, Params, Query
 
 RESULTS = Path(__file__).parent / "results"
@@ -115,7 +115,13 @@ def sampled_brdfs(evaluate: Callable, own: Brdf, proxy: Proposal) -> dict[str, B
         lambda tables, wi, wo: own.pdf(tables, Query(wi, wo)),
     )
     lobe, table = defensive(VISIBLE_NORMALS), conditional(ISOTROPIC)
-    proposals = {"cosine": COSINE, "GGX": lobe, "table": table, "proxy": of_view(proxy), "file": file}
+    proposals = {
+        "cosine": COSINE,
+        "GGX": lobe,
+        "table": table,
+        "proxy": VIEW_PROXY if proxy is PROXY else VISIBLE_VIEW_PROXY,
+        "file": file,
+    }
     return {name: sampled_by(proposal, evaluate, Proposed._make) for name, proposal in proposals.items()}
 
 

@@ -17,28 +17,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.brdf.rough_interface import (
-    ROUGH_INTERFACE,
-    InterfaceParams,
-    index_across,
-    reflect_at,
-    reflection,
-    refract_at,
-    transmission,
-    transmitted_density,
-    turned_up,
-)
+from jaxbrdf.brdf.rough_interface import InterfaceParams
 from jaxbrdf.brdf.sampler import sampler_of
+from jaxbrdf.brdf.walk_vertex import Light, Vertex, at_base, at_interface, at_top, in_medium, refracted_light
 from jaxbrdf.core.directions import above_horizon
-from jaxbrdf.core.medium import Medium, fly, phase, sample_phase, transmittance
+from jaxbrdf.core.medium import Medium, fly, transmittance
 from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.core.ranges import clamp
-from jaxbrdf.core.smith import correlated_visibility, lift
+from jaxbrdf.core.tree import select
 from jaxbrdf.sampling.mis import balance_heuristic
 from jaxbrdf.types import Brdf, Params, Query
 
@@ -116,36 +107,6 @@ class _Run(NamedTuple):
     squares: jax.Array
 
 
-class _Light(NamedTuple):
-    """How wi comes in by one facet.
-
-    Attributes:
-        v: to where it comes from, inside.
-        density: of -v.
-        gain: f_t |cos| over that density, for what goes from inside to wi.
-    """
-
-    v: jax.Array
-    density: jax.Array
-    gain: jax.Array
-
-
-class _Vertex(NamedTuple):
-    """What a vertex does.
-
-    Attributes:
-        value: f of the light that arrives along its v, `(..., 3)`.
-        density: of drawing v.
-        wi: a drawn direction, with its `drawn_density` and `weight`.
-    """
-
-    value: jax.Array
-    density: jax.Array
-    wi: jax.Array
-    drawn_density: jax.Array
-    weight: jax.Array
-
-
 def position_free(base: Brdf) -> PositionFree:
     """The estimators of stacks over `base`.
 
@@ -196,7 +157,7 @@ def _step(base: Brdf, params: StackParams, query: Query, paths: int, run: _Run) 
     key, own = jax.random.split(run.key)
     kinds = [kind for kind in range(2 * len(params.media) + 1) if _exists(params, kind)]
     numbers = jax.random.uniform(own, (len(kinds) + 1, NUMBERS, *run.done.shape), run.path.flux.dtype)
-    light = _refracted_light(params.interfaces[0], query.wi, numbers[-1, 1:3])
+    light = refracted_light(params.interfaces[0], query.wi, numbers[-1, 1:3])
     path = run.path
     for u, kind in zip(numbers, kinds, strict=False):
         path = _past(base, params, query, light, kind, path, u)
@@ -209,79 +170,32 @@ def _exists(params: StackParams, kind: int) -> bool:
     return kind % 2 == 0 or (medium is not None and medium.scattering is not None)
 
 
-def _past(base: Brdf, params: StackParams, query: Query, light: _Light, kind: int, path: _Path, u: jax.Array) -> _Path:
+def _past(base: Brdf, params: StackParams, query: Query, light: Light, kind: int, path: _Path, u: jax.Array) -> _Path:
     """The paths that are at this place after their vertex there and the flight that follows; others unchanged."""
     here = path.place == kind
     if kind == 0:
-        value, vertex = _top(params.interfaces[0], query.wi, path, u)
+        vertex = at_top(params.interfaces[0], query.wi, path.w, u)
+        share = jnp.where(path.w[..., 2] > 0, 1.0, balance_heuristic(path.density, vertex.density))
+        value = path.flux * vertex.value * share[..., None]
     else:
         vertex = _vertex(base, params, query, light, kind, path, u)
         value = _connected(params, light, kind, path, vertex) if kind <= 2 else jnp.zeros_like(path.value)
     moved = _flown(params, kind, path, vertex, u[3:5])._replace(value=path.value + value)
-    return jax.tree.map(lambda new, old: jnp.where(_of_rank(here, new), new, old), moved, path)
-
-
-def _top(interface: InterfaceParams, wi: jax.Array, path: _Path, u: jax.Array) -> tuple[jax.Array, _Vertex]:
-    """At the uppermost interface: what leaves towards wi, and the path into the stack, which it never leaves."""
-    w, from_above = path.w, path.w[..., 2] > 0
-    f = reflection(interface, wi, w, visibility=correlated_visibility) + transmission(interface, wi, w)
-    met = transmitted_density(interface, w, wi)
-    share = jnp.where(from_above, 1.0, balance_heuristic(path.density, met))
-    wh = interface.distribution.sample_visible(lift(turned_up(w)), _last(u[1:3]))
-    into, back = refract_at(interface, w, wh), reflect_at(interface, w, wh, visibility=correlated_visibility)
-    drawn = _select(from_above, into, back)
-    weight = jnp.broadcast_to((drawn.share * drawn.passed)[..., None], w.shape)
-    return path.flux * (f * share)[..., None], _Vertex(f, met, drawn.wi, drawn.pdf, weight)
-
-
-def _refracted_light(interface: InterfaceParams, wi: jax.Array, u: jax.Array) -> _Light:
-    """wi through one of the facets that it sees; the gain is f_t |cos| / density of what goes from inside to wi."""
-    wh = interface.distribution.sample_visible(lift(turned_up(wi)), _last(u))
-    into = refract_at(interface, wi, wh)
-    eta = index_across(interface, wi)
-    return _Light(-into.wi, into.pdf, into.share * into.passed / (eta * eta))
+    return select(here, moved, path)
 
 
 def _vertex(
-    base: Brdf, params: StackParams, query: Query, light: _Light, kind: int, path: _Path, u: jax.Array
-) -> _Vertex:
-    medium, at = kind % 2 == 1, kind // 2
-    if medium:
-        return _in_medium(params.media[at], light, path, u)
+    base: Brdf, params: StackParams, query: Query, light: Light, kind: int, path: _Path, u: jax.Array
+) -> Vertex:
+    at, medium = kind // 2, params.media[kind // 2] if kind % 2 else None
+    if medium is not None:
+        return in_medium(medium, light.v, path.w, u)
     if at < len(params.interfaces):
-        return _at_interface(params.interfaces[at], light, path, u)
-    return _at_base(base, params.base, query, light, path, u)
+        return at_interface(params.interfaces[at], light.v, path.w, u)
+    return at_base(base, params.base, query._replace(wi=light.v, wo=path.w), u)
 
 
-def _in_medium(medium: Medium | None, light: _Light, path: _Path, u: jax.Array) -> _Vertex:
-    assert medium is not None
-    wi = sample_phase(medium, path.w, u[1:3])
-    value = phase(medium, light.v, path.w)
-    # per solid angle, where a surface's is per projected one
-    steep = jnp.maximum(light.v[..., 2], jnp.finfo(value.dtype).eps)
-    return _Vertex((value / steep)[..., None], value, wi, phase(medium, wi, path.w), jnp.ones_like(wi))
-
-
-def _at_interface(interface: InterfaceParams, light: _Light, path: _Path, u: jax.Array) -> _Vertex:
-    v, w = light.v, path.w
-    f = reflection(interface, v, w, visibility=correlated_visibility) + transmission(interface, v, w)
-    wh = interface.distribution.sample_visible(lift(turned_up(w)), _last(u[1:3]))
-    back, through = reflect_at(interface, w, wh, visibility=correlated_visibility), refract_at(interface, w, wh)
-    drawn = _select(u[0] < back.share, back, through)
-    assert ROUGH_INTERFACE.pdf is not None
-    density = ROUGH_INTERFACE.pdf(interface, Query(v, w))
-    weight = jnp.broadcast_to(drawn.passed[..., None], w.shape)
-    return _Vertex(f[..., None], density, drawn.wi, drawn.share * drawn.pdf, weight)
-
-
-def _at_base(base: Brdf, params: Params, query: Query, light: _Light, path: _Path, u: jax.Array) -> _Vertex:
-    sampler = sampler_of(base)
-    met = query._replace(wi=light.v, wo=path.w)
-    drawn = sampler.sample(params, met, _last(u[:3]))
-    return _Vertex(base.eval(params, met), sampler.pdf(params, met), drawn.wi, drawn.pdf, drawn.weight)
-
-
-def _connected(params: StackParams, light: _Light, kind: int, path: _Path, vertex: _Vertex) -> jax.Array:
+def _connected(params: StackParams, light: Light, kind: int, path: _Path, vertex: Vertex) -> jax.Array:
     """What a vertex of the uppermost layer sends to wi by way of the light's own refraction."""
     depth = path.depth if kind == 1 else jnp.ones_like(path.depth)
     share = balance_heuristic(light.density, vertex.density) * light.gain
@@ -289,7 +203,7 @@ def _connected(params: StackParams, light: _Light, kind: int, path: _Path, verte
     return jnp.where(light.v[..., 2:] > 0, path.flux * vertex.value * crossed * share[..., None], 0.0)
 
 
-def _flown(params: StackParams, kind: int, path: _Path, vertex: _Vertex, u: jax.Array) -> _Path:
+def _flown(params: StackParams, kind: int, path: _Path, vertex: Vertex, u: jax.Array) -> _Path:
     """The path at its next place, from the vertex along the direction that it drew."""
     flux, at, down = path.flux * vertex.weight, kind // 2, vertex.wi[..., 2] < 0
     path = path._replace(w=-vertex.wi, flux=flux, density=vertex.drawn_density)
@@ -297,9 +211,9 @@ def _flown(params: StackParams, kind: int, path: _Path, vertex: _Vertex, u: jax.
         return _through(params.media[at], at, path, path.depth, u)
     above = None if kind == 0 else _through(params.media[at - 1], at - 1, path, jnp.ones_like(path.depth), u)
     if kind == 2 * len(params.media):
-        return _select(down, path._replace(place=jnp.full_like(path.place, -1)), above)
+        return select(down, path._replace(place=jnp.full_like(path.place, -1)), above)
     below = _through(params.media[at], at, path, jnp.zeros_like(path.depth), u)
-    return _select(down, below, path._replace(place=jnp.full_like(path.place, -1)) if above is None else above)
+    return select(down, below, path._replace(place=jnp.full_like(path.place, -1)) if above is None else above)
 
 
 def _through(medium: Medium | None, at: int, path: _Path, depth: jax.Array, u: jax.Array) -> _Path:
@@ -330,18 +244,5 @@ def _kept(query: Query, paths: int, run: _Run) -> _Run:
     mean = run.mean + step / jnp.maximum(done, 1)[..., None]
     squares = run.squares + step * (value - mean)
     fresh = over & (done < paths)
-    path = jax.tree.map(lambda new, old: jnp.where(_of_rank(fresh, new), new, old), _start(query), run.path)
+    path = select(fresh, _start(query), run.path)
     return _Run(run.key, path, done, mean, squares)
-
-
-def _select(condition: jax.Array, one: Any, other: Any) -> Any:
-    return jax.tree.map(lambda a, b: jnp.where(_of_rank(condition, a), a, b), one, other)
-
-
-def _of_rank(condition: jax.Array, like: jax.Array) -> jax.Array:
-    return condition[..., None] if like.ndim > condition.ndim else condition
-
-
-def _last(u: jax.Array) -> jax.Array:
-    """Numbers `(n, ...)` as `(..., n)`."""
-    return jnp.moveaxis(u, 0, -1)

@@ -55,31 +55,13 @@ def chi_square(
     """
     partition = polar() if partition is None else partition
     mass = expected_mass(brdf, params, wo, partition=partition, cells=cells, points=points)
-    return chi_square_of_mass(key, brdf, params, wo, mass, partition=partition, samples=samples)
-
-
-def chi_square_of_mass(
-    key: jax.Array,
-    brdf: Brdf,
-    params: Params,
-    wo: jax.Array,
-    mass: np.ndarray,
-    *,
-    partition: Partition,
-    samples: int = 200_000,
-) -> ChiSquare:
-    """`chi_square` with the cells' `expected_mass` known, so that several keys share it.
-
-    Raises:
-        ValueError: the BRDF has no sampler.
-    """
     u = jax.random.uniform(key, (samples, 3), wo.dtype)
-    drawn = np.asarray(draws(brdf, params, jnp.broadcast_to(wo, (samples, 3)), u).wi, np.float64)
+    drawn = np.asarray(draws(brdf, params, jnp.broadcast_to(wo, u.shape), u).wi, np.float64)
     return chi_square_of_draws(drawn, mass, partition=partition)
 
 
 def chi_square_of_draws(drawn: np.ndarray, mass: np.ndarray, *, partition: Partition) -> ChiSquare:
-    """The same of directions `drawn`, `(n, 3)`, however they were made."""
+    """The same of directions `drawn`, `(n, 3)`, however they were made, and the cells' `expected_mass`."""
     observed, lost = _observed(drawn, partition, round(len(mass) ** 0.5))
     expected = len(drawn) * mass
     return pearson(np.append(observed, lost), np.append(expected, max(len(drawn) - expected.sum(), 0.0)))

@@ -89,11 +89,16 @@ def from_half_difference(wh: jax.Array, wd: jax.Array) -> tuple[jax.Array, jax.A
     return wi, reflect(wi, wh)
 
 
+def heading(w: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Cosine and sine of w's azimuth, `(...)` each; (1, 0) at the pole."""
+    length = safe_norm(w[..., :2])
+    cos_phi = jnp.where(length > 0, safe_divide(w[..., 0], length), 1.0)
+    return cos_phi, safe_divide(w[..., 1], length)
+
+
 def turn_to_azimuth_zero(wi: jax.Array, wo: jax.Array, pivot: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Both directions turned about the normal until `pivot` has azimuth zero: an isotropic query's canonical form."""
-    length = safe_norm(pivot[..., :2])
-    cos_phi = jnp.where(length > 0, safe_divide(pivot[..., 0], length), 1.0)
-    sin_phi = safe_divide(pivot[..., 1], length)
+    cos_phi, sin_phi = heading(pivot)
 
     def turn(w: jax.Array) -> jax.Array:
         x = cos_phi * w[..., 0] + sin_phi * w[..., 1]

@@ -105,6 +105,37 @@ class Turned(NamedTuple):
         return Tensor(a, b, (self.alpha_x - self.alpha_y) * c * s)
 
 
+class InFrame(NamedTuple):
+    """Q A Q^T: another roughness in a frame that is turned about the normal, by the cosine and sine of its angle.
+
+    Without that product's entries, which cancel where A is thin.
+    """
+
+    roughness: Roughness
+    cos: jax.Array
+    sin: jax.Array
+
+    def stretch(self, x: jax.Array, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+        return self._out(*self.roughness.stretch(*self._into(x, y)))
+
+    def shrink(self, x: jax.Array, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+        return self._out(*self.roughness.shrink(*self._into(x, y)))
+
+    def determinant(self) -> jax.Array:
+        return self.roughness.determinant()
+
+    def tensor(self) -> Tensor:
+        one, none = jnp.ones_like(self.cos), jnp.zeros_like(self.cos)
+        a, c = self.stretch(one, none)
+        return Tensor(a, self.stretch(none, one)[1], c)
+
+    def _into(self, x: jax.Array, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+        return self.cos * x + self.sin * y, self.cos * y - self.sin * x
+
+    def _out(self, x: jax.Array, y: jax.Array) -> tuple[jax.Array, jax.Array]:
+        return self.cos * x - self.sin * y, self.cos * y + self.sin * x
+
+
 class Tensor(NamedTuple):
     """A = [[a, c], [c, b]] (Gauthier et al. 2022, Eq. 1), the form whose averages are roughness too.
 

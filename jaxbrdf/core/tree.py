@@ -1,10 +1,11 @@
-"""Pytrees as flat tables of named arrays, the form in which they are stored."""
+"""Pytrees: as flat tables of named arrays, the form in which they are stored; and chosen from, entry by entry."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 
 def named_leaves(tree: Any) -> dict[str, Any]:
@@ -20,3 +21,12 @@ def with_leaves(tree: Any, leaves: dict[str, Any]) -> Any:
         KeyError: naming a leaf that the table lacks.
     """
     return jax.tree.unflatten(jax.tree.structure(tree), [leaves[name] for name in named_leaves(tree)])
+
+
+def select(condition: jax.Array, one: Any, other: Any) -> Any:
+    """The entries of `one` where the condition `(...)` holds, else those of `other`; leaves are `(...)` or `(..., n)`."""
+
+    def of_leaf(a: jax.Array, b: jax.Array) -> jax.Array:
+        return jnp.where(condition[..., None] if a.ndim > condition.ndim else condition, a, b)
+
+    return jax.tree.map(of_leaf, one, other)

@@ -14,7 +14,7 @@ from jaxbrdf.checks.chi_square import chi_square_of_draws, expected_mass, signif
 from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_queries, jax_densities, jax_values, opencl_parity
 from jaxbrdf.checks.partition import partition_around
 from jaxbrdf.checks.precision import coordinate_slack
-from jaxbrdf.checks.suite import SIGNIFICANCE, VIEWERS, Subject, Verdict, run_checks, viewer
+from jaxbrdf.checks.suite import SIGNIFICANCE, STEPS, VIEWERS, Subject, Verdict, run_checks, viewer
 from jaxbrdf.errors import DataError, OpenCLError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
@@ -42,10 +42,12 @@ def stability(name: str, reporter: Reporter) -> dict[str, Any]:
         if not is_bundle_content(name):
             raise
         return _result(name, [Verdict("file", False, 1.0, 0.0, error.fault)])
-    reporter.say(f"checking {source.material.name}")
-    verdicts = run_checks(jax.random.key(SEED), _subject(source))
-    if source.bundle is not None:
-        verdicts = [Verdict("file", True, 0.0, 0.0, "sound"), *verdicts, *_device(source.bundle)]
+    with reporter.steps(f"checking {source.material.name}", len(STEPS) + 1) as tell:
+        verdicts = run_checks(jax.random.key(SEED), _subject(source), tell=tell)
+        if source.bundle is not None:
+            tell(len(STEPS), "opencl")
+            verdicts = [Verdict("file", True, 0.0, 0.0, "sound"), *verdicts, *_device(source.bundle)]
+        tell(len(STEPS) + 1, "")
     return _result(source.material.name, verdicts)
 
 
@@ -80,10 +82,10 @@ def _device_sampler(bundle: Bundle, device: cl.Device, query: Query) -> list[Ver
     expected = jax_densities(bundle, query)
     loss = np.abs(sampler.pdf(np.asarray(query.wi), np.asarray(query.wo)) - expected) / (expected + ABSOLUTE)
     worst = float(np.nan_to_num(loss, nan=np.inf).max())
-    chances = []
+    chances, random = [], np.random.default_rng(SEED)
     for theta in VIEWERS:
         wo = viewer(theta)
-        u = np.random.default_rng(SEED).uniform(size=(2**17, 3)).astype(np.float32)
+        u = random.uniform(size=(2**17, 3)).astype(np.float32)
         drawn = sampler.sample(np.broadcast_to(wo, u.shape), u).wi.astype(np.float64)
         around = partition_around(drawn, wo)
         mass = expected_mass(made.brdf, made.params, wo, partition=around, points=32)

@@ -185,7 +185,8 @@ def _logarithm(weight: jax.Array) -> jax.Array:
     return jnp.log(jnp.maximum(weight, EDGE))
 
 
-def _parts(params: ProxyParams) -> MixtureParams:
+def lobes_of(params: ProxyParams) -> MixtureParams:
+    """Tilt, normals and chances: what the mixture of `TILTED_COSINE` and a proposal of normals takes."""
     chances = jnp.stack(jnp.broadcast_arrays(params.diffuse, params.specular), axis=-1)
     return MixtureParams((tilt_of(params), normals_of(params)), chances)
 
@@ -194,8 +195,8 @@ def _of_lobes(diffuse: Proposal, specular: Proposal) -> Proposal:
     """The mixture of the two, of `ProxyParams`."""
     lobes = mixture(diffuse, specular)
     return Proposal(
-        lambda params, wo, u: lobes.sample(_parts(params), wo, u),
-        lambda params, wi, wo: lobes.pdf(_parts(params), wi, wo),
+        lambda params, wo, u: lobes.sample(lobes_of(params), wo, u),
+        lambda params, wi, wo: lobes.pdf(lobes_of(params), wi, wo),
     )
 
 

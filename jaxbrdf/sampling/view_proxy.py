@@ -12,12 +12,15 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.core.directions import azimuth, cos_theta, sin_theta
+from jaxbrdf.core.directions import azimuth, cos_theta, heading, sin_theta
+from jaxbrdf.core.ggx import Ggx
 from jaxbrdf.core.numerics import safe_atan2
+from jaxbrdf.core.roughness import InFrame
 from jaxbrdf.sampling.defensive import defensive
-from jaxbrdf.sampling.proposal import Proposal
-from jaxbrdf.sampling.proxy import PROXY, VISIBLE_PROXY, ProxyParams, from_unconstrained
-from jaxbrdf.sampling.view_frame import from_view, to_view
+from jaxbrdf.sampling.mixture import MixtureParams, mixture
+from jaxbrdf.sampling.proposal import VISIBLE_NORMALS, Proposal
+from jaxbrdf.sampling.proxy import MIRRORED_NORMALS, TILTED_COSINE, ProxyParams, from_unconstrained, lobes_of
+from jaxbrdf.sampling.tilted_cosine import Tilt
 
 
 class ViewProxy(NamedTuple):
@@ -50,20 +53,38 @@ def proxy_at(view_proxy: ViewProxy, wo: jax.Array) -> ProxyParams:
     return from_unconstrained(between_elevations(j) * (1.0 - across) + between_elevations((j + 1) % turns) * across)
 
 
-def of_view(proxy: Proposal) -> Proposal:
-    """A proposal of `ProxyParams` as one of a `ViewProxy`, with a share of cosine-distributed draws."""
+def lobes_towards(view_proxy: ViewProxy, wo: jax.Array) -> MixtureParams:
+    """The proxy's lobes for viewers `(..., 3)`, in the material's own frame.
+
+    The lobes are turned and not the directions: two that are opposed have a half vector in the digits of their sum, and
+    turning each of them leaves rounding there.
+    """
+    (tilt, normals), chances = lobes_of(proxy_at(view_proxy, wo))
+    frame = heading(wo)
+    slope = jnp.stack(_turn(normals.slope[..., 0], normals.slope[..., 1], *frame), axis=-1)
+    tilted = Tilt(*_turn(tilt.slope_x, tilt.slope_y, *frame))
+    return MixtureParams((tilted, Ggx(InFrame(normals.roughness, *frame), slope)), chances)
+
+
+def _turn(x: jax.Array, y: jax.Array, cos: jax.Array, sin: jax.Array) -> tuple[jax.Array, jax.Array]:
+    return cos * x - sin * y, cos * y + sin * x
+
+
+def of_view(normals: Proposal) -> Proposal:
+    """A tilted cosine and a proposal of a `Ggx`, of a `ViewProxy`; with a share of cosine-distributed draws."""
+    lobes = mixture(TILTED_COSINE, normals)
 
     def sample(view_proxy: ViewProxy, wo: jax.Array, u: jax.Array) -> jax.Array:
-        return from_view(proxy.sample(proxy_at(view_proxy, wo), to_view(wo, wo), u), wo)
+        return lobes.sample(lobes_towards(view_proxy, wo), wo, u)
 
     def pdf(view_proxy: ViewProxy, wi: jax.Array, wo: jax.Array) -> jax.Array:
-        return proxy.pdf(proxy_at(view_proxy, wo), to_view(wi, wo), to_view(wo, wo))
+        return lobes.pdf(lobes_towards(view_proxy, wo), wi, wo)
 
     return defensive(Proposal(sample, pdf))
 
 
-VIEW_PROXY = of_view(PROXY)
+VIEW_PROXY = of_view(MIRRORED_NORMALS)
 """Zeltner et al.'s proxy, of a `ViewProxy`."""
 
-VISIBLE_VIEW_PROXY = of_view(VISIBLE_PROXY)
+VISIBLE_VIEW_PROXY = of_view(VISIBLE_NORMALS)
 """Its variant with visible normals, of a `ViewProxy`."""

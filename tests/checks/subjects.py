@@ -186,7 +186,6 @@ def proxy_numbers(*numbers: float) -> ProxyParams:
 
 LEANING = proxy_numbers(0.3, 0.4, -0.2, 0.7, 0.2, 0.5, 0.6, 0.3, -0.2)
 UPRIGHT = proxy_numbers(0.5, 0.1, 0.0, 0.5, 0.3, 0.2, -0.3, 0.0, 0.1)
-TURNED_VIEWS = "both directions are turned into the viewer's frame, and opposed grazing ones lose their half vector"
 NEXT_CELL = "a rounding takes a direction into the next cell, where the density is another"
 GRID = ViewGrid(elevations=8, rows=12, columns=16)
 
@@ -305,10 +304,8 @@ PROPOSALS: Mapping[str, Row] = MappingProxyType(
         "draws: mirrored normals": Row(MIRRORED_NORMALS, lambda: drawn_by(MIRRORED_NORMALS, normals_of(LEANING))),
         "draws: proxy": Row(PROXY, lambda: drawn_by(PROXY, LEANING)),
         "draws: visible proxy": Row(VISIBLE_PROXY, lambda: drawn_by(VISIBLE_PROXY, LEANING)),
-        "draws: view proxy": Row(VIEW_PROXY, lambda: drawn_by(VIEW_PROXY, over_views(), loss=np.nan), TURNED_VIEWS),
-        "draws: visible view proxy": Row(
-            VISIBLE_VIEW_PROXY, lambda: drawn_by(VISIBLE_VIEW_PROXY, over_views(), loss=np.nan), TURNED_VIEWS
-        ),
+        "draws: view proxy": Row(VIEW_PROXY, lambda: drawn_by(VIEW_PROXY, over_views())),
+        "draws: visible view proxy": Row(VISIBLE_VIEW_PROXY, lambda: drawn_by(VISIBLE_VIEW_PROXY, over_views())),
         "draws: conditional table": Row(conditional, tabulated, NEXT_CELL),
         "draws: mixture": Row(
             mixture, lambda: drawn_by(ALL, MixtureParams((None, None, Ggx(STRETCHED)), colour(1.0, 0.0, 2.0)))

@@ -1,4 +1,4 @@
-"""Roughness in its four forms: the same matrix, valid after projection, exact to the last digits where it is thin."""
+"""Roughness in its five forms: the same matrix, valid after projection, exact to the last digits where it is thin."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from jaxbrdf.core.numerics import difference_of_products
 from jaxbrdf.core.roughness import (
     LEAST_FILTERED,
     Axes,
+    InFrame,
     Isotropic,
     Roughness,
     Tensor,
@@ -29,6 +30,10 @@ FORMS = {
     "axes": (Axes(jnp.array(0.2), jnp.array(0.7)), [[0.2, 0.0], [0.0, 0.7]]),
     # cos = 0.6, sin = 0.8: the eigenvectors are rational
     "turned": (Turned(jnp.array(0.5), jnp.array(0.1), jnp.arctan2(0.8, 0.6)), [[0.244, 0.192], [0.192, 0.356]]),
+    "in a frame": (
+        InFrame(Axes(jnp.array(0.5), jnp.array(0.1)), jnp.array(0.6), jnp.array(0.8)),
+        [[0.244, 0.192], [0.192, 0.356]],
+    ),
     "tensor": (Tensor(jnp.array(0.5), jnp.array(0.3), jnp.array(-0.2)), [[0.5, -0.2], [-0.2, 0.3]]),
 }
 PROJECT = jax.jit(project_tensor, static_argnames="least")

@@ -44,7 +44,7 @@ def test_a_file_that_is_not_there_is_a_mistake(capsys: pytest.CaptureFixture[str
 def test_the_exit_code_is_that_of_the_checks(
     more: list[Verdict], code: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr(job, "run_checks", lambda *_: ALL_WELL + more)
+    monkeypatch.setattr(job, "run_checks", lambda *_, **__: ALL_WELL + more)
     assert cli.run(["stability", "gold"]) == code
     assert capsys.readouterr().out.splitlines()[-1] == f"checks: 1 passed, {len(more)} failed"
 
