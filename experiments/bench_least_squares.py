@@ -3,6 +3,7 @@
     python experiments/bench_least_squares.py                    # the 12 RGL files: about half an hour on two cores
     python experiments/bench_least_squares.py cg_sunflower       # some of them; writes nothing
     python experiments/bench_least_squares.py --models ggx abc   # some models; writes nothing
+    python experiments/bench_least_squares.py --seconds          # the fits timed again, for a quiet machine
 
 For each file and model: seconds of the fit after compilation, its squared error, and the least that any of 20 random
 starts reaches that are all followed to their end; errors of the fit as `jaxbrdf compare` defines them. For each model
@@ -27,6 +28,7 @@ from jaxbrdf.jobs.price import opencl_prices
 from jaxbrdf.jobs.progress import Silent
 from jaxbrdf.jobs.reference import Reference, open_reference
 from jaxbrdf.jobs.solving import Problem, problem_data, residuals_of, solve_for
+from jaxbrdf.jobs.training import Trained
 from jaxbrdf.metrics.brdf_space import compare_at, true_pairs
 from jaxbrdf.models.table import ANALYTIC, brdf_of
 from jaxbrdf.opencl.platform import choose, context_of, describe
@@ -37,12 +39,21 @@ RESTARTS = 20
 ERRORS = ("mae", "smape", "rmse", "log_rmse")
 
 
+def fit(reference: Reference, model: str) -> tuple[Problem, Trained]:
+    """A fit as the command line makes it."""
+    problem = Problem(model, ANALYTIC[model].config(isotropic=reference.material.isotropic), reference.evaluate, 0)
+    return problem, solve_for(problem, Silent())
+
+
+def seconds(trained: Trained) -> dict[str, float]:
+    return {name: trained.cost[name] for name in ("fit_seconds", "draw_seconds", "compile_seconds")}
+
+
 def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
     """One row."""
-    entry = ANALYTIC[model]
-    problem = Problem(model, entry.config(isotropic=reference.material.isotropic), reference.evaluate, 0)
-    trained = solve_for(problem, Silent())
-    starts = jax.vmap(partial(entry.start, config=problem.config))(jax.random.split(jax.random.key(1), RESTARTS))
+    problem, trained = fit(reference, model)
+    start = partial(ANALYTIC[model].start, config=problem.config)
+    starts = jax.vmap(start)(jax.random.split(jax.random.key(1), RESTARTS))
     restarted = solve(residuals_of(model, problem.config), starts, problem_data(problem))
     evaluate = _evaluate(model, problem.config)
     errors = compare_at(pairs, {"": partial(evaluate, trained.params)})[""]
@@ -50,13 +61,23 @@ def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
     return {
         "material": reference.material.name,
         "model": model,
-        "fit_seconds": trained.cost["fit_seconds"],
-        "draw_seconds": trained.cost["draw_seconds"],
-        "compile_seconds": trained.cost["compile_seconds"],
+        **seconds(trained),
         "cost": least,
         "over_best_of_20": least / float(restarted.cost),
         **{name: float(getattr(errors, name).value) for name in ERRORS},
     }
+
+
+def time_again(paths: list[Path]) -> None:
+    """The seconds of every row of the results, measured anew; the first file compiles."""
+    report = json.loads(RESULTS.read_text())
+    rows = {(row["material"], row["model"]): row for row in report["rows"]}
+    for path in [paths[0], *paths]:
+        reference = open_reference(str(path))
+        for model in ANALYTIC:
+            rows[reference.material.name, model].update(seconds(fit(reference, model)[1]))
+        print(reference.material.name, [round(rows[reference.material.name, m]["fit_seconds"], 2) for m in ANALYTIC])
+    RESULTS.write_text(json.dumps(report, indent=1) + "\n")
 
 
 @cache
@@ -76,9 +97,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("materials", nargs="*")
     parser.add_argument("--models", nargs="+", choices=tuple(ANALYTIC), default=tuple(ANALYTIC))
+    parser.add_argument("--seconds", action="store_true", help="time the fits again, and change nothing else")
     options = parser.parse_args()
     folder = Path(os.environ["JAXBRDF_DATA"]) / "rgl"
     names = options.materials or sorted(path.name.removesuffix("_rgb.bsdf") for path in folder.glob("*_rgb.bsdf"))
+    if options.seconds:
+        return time_again([folder / f"{name}_rgb.bsdf" for name in names])
     rows = []
     for name in names:
         reference = open_reference(str(folder / f"{name}_rgb.bsdf"))

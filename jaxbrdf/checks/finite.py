@@ -46,14 +46,13 @@ def find_faults_of_any(
     """The same of many parameters, the first axis of `stack` (`jaxbrdf.checks.extremes`), compiled once."""
     query = hard_queries(dtype=dtype)
     lit = np.asarray((query.wi[:, 2] > 0) & (query.wo[:, 2] > 0))
-    f, by_params, by_directions = _answers(brdf, through_params, stack, query)
-    f = np.asarray(f)
+    f, by_params, by_directions = map(np.asarray, _answers(brdf, through_params, stack, query))
     faults = {
-        "value is not finite": ~_finite(f),
+        "value is not finite": ~np.isfinite(f).all(-1),
         "value is negative": (f < 0).any(-1),
         "value below the horizon is not zero": ~lit & (f != 0).any(-1),
-        "gradient by a direction is not finite": ~_finite(by_directions),
-        "gradient by a parameter is not finite": np.broadcast_to(~_finite(by_params), f.shape[:2]),
+        "gradient by a direction is not finite": ~by_directions,
+        "gradient by a parameter is not finite": ~by_params,
     }
     return [Finding(HARD_QUERIES[i], fault, int(v)) for fault, bad in faults.items() for v, i in np.argwhere(bad)]
 
@@ -65,21 +64,26 @@ def count_faults(brdf: Brdf, stack: Params, query: Query) -> int:
         stack: floating point throughout, with a first axis.
         query: `(n, 3)`; each is asked of each of the stack's parameters.
     """
-    return int(np.sum(~np.all([_finite(part) for part in _answers(brdf, True, stack, query)], axis=0)))
+    f, by_params, by_directions = map(np.asarray, _answers(brdf, True, stack, query))
+    return int(np.sum(~(np.isfinite(f).all(-1) & by_params & by_directions)))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _answers(brdf: Brdf, through_params: bool, stack: Params, query: Query) -> tuple[jax.Array, Params, Params]:
-    """f and its derivatives by the parameters, if wanted, and by both directions, for each parameters and query."""
+def _answers(brdf: Brdf, through_params: bool, stack: Params, query: Query) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """f, and whether its derivatives by the parameters, if wanted, and by both directions are finite.
 
-    def answer(params: Params, wi: jax.Array, wo: jax.Array) -> tuple[jax.Array, Params, Params]:
+    For each parameters and query: `(variants, queries, 3)` and `(variants, queries)`. The derivatives themselves stay
+    inside: by a network's textures they are thousands of times as large.
+    """
+
+    def answer(params: Params, wi: jax.Array, wo: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
         def total(moving: Params | None, wi: jax.Array, wo: jax.Array) -> tuple[jax.Array, jax.Array]:
             f = brdf.eval(params if moving is None else moving, Query(wi, wo))
             return jnp.sum(f), f
 
         moving = params if through_params else None
         (by_params, *by_directions), f = jax.grad(total, argnums=(0, 1, 2), has_aux=True)(moving, wi, wo)
-        return f, by_params, by_directions
+        return f, _all_finite(by_params), _all_finite(by_directions)
 
     of_queries = jax.vmap(answer, in_axes=(None, 0, 0))
     leaves = jax.tree.leaves(stack)
@@ -87,9 +91,5 @@ def _answers(brdf: Brdf, through_params: bool, stack: Params, query: Query) -> t
     return jax.vmap(of_queries, in_axes=(0, None, None), axis_size=size)(stack, query.wi, query.wo)
 
 
-def _finite(tree: Params) -> np.ndarray:
-    """Which parameters and queries, the leaves' first two axes, have only finite entries."""
-    leaves = [np.asarray(leaf) for leaf in jax.tree.leaves(tree)]
-    if not leaves:
-        return np.asarray(True)
-    return np.all([np.isfinite(leaf).reshape(*leaf.shape[:2], -1).all(-1) for leaf in leaves], axis=0)
+def _all_finite(tree: Params) -> jax.Array:
+    return jax.tree.reduce(lambda known, leaf: known & jnp.all(jnp.isfinite(leaf)), tree, jnp.asarray(True))

@@ -24,7 +24,7 @@ def with_leaves(tree: Any, leaves: dict[str, Any]) -> Any:
 
 
 def select(condition: jax.Array, one: Any, other: Any) -> Any:
-    """The entries of `one` where the condition `(...)` holds, else those of `other`; leaves are `(...)` or `(..., n)`."""
+    """`one` where the condition `(...)` holds, `other` elsewhere; leaves are `(...)` or `(..., n)`."""
 
     def of_leaf(a: jax.Array, b: jax.Array) -> jax.Array:
         return jnp.where(condition[..., None] if a.ndim > condition.ndim else condition, a, b)
