@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from jaxbrdf.data import exr, hdr, input, ior, merl, png, published_nbrdf, rgl, utia
+from jaxbrdf.data import exr, hdr, input, ior, merl, picture, png, published_nbrdf, rgl, utia
 from jaxbrdf.errors import DataError
+from tests.writers.png import png as deep_png
 
 NETWORK = "nbrdf/rgl-isotropic_nbrdf.zip/paper_white_rgb.h5"
 READERS: dict[str, Callable] = {
@@ -22,10 +23,12 @@ READERS: dict[str, Callable] = {
     "hdr": hdr.read,
     "exr": exr.read,
     "png": png.read,
+    "deep png": picture.read,
+    "jpeg": picture.read,
     "nbrdf": published_nbrdf.read,
     "ior": ior.read,
 }
-HEADERS = {"rgl": 600, "merl": 12, "hdr": 100, "ior": 900}
+HEADERS = {"rgl": 600, "merl": 12, "hdr": 100, "ior": 900, "jpeg": 700}
 """Bytes at the start where damage does most; elsewhere the whole file."""
 
 
@@ -45,6 +48,10 @@ def intact(kind: str, folder: Path) -> bytes:
             return exr.write(rng.random((9, 12, 3)).astype(np.float32))
         case "png":
             return png.write(rng.random((9, 12, 3)))
+        case "deep png":
+            return deep_png(rng.integers(0, 65536, (9, 12, 3), np.uint16))
+        case "jpeg":
+            return input.read(folder / "textures" / "Metal049A" / "Metal049A_1K-JPG_Metalness.jpg")
         case "utia":
             return utia.write(utia.Utia(rng.random((*utia.SHAPE, 3))))
     return merl.write(merl.Merl(rng.random((*merl.SHAPE, 3)), np.ones(merl.SHAPE, bool)))
