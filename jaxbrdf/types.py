@@ -44,6 +44,13 @@ class Sample(NamedTuple):
     weight: jax.Array
 
 
+class NoisyValue(NamedTuple):
+    """An estimate of f and its standard error, both `(..., 3)`."""
+
+    value: jax.Array
+    standard_error: jax.Array
+
+
 class Brdf(NamedTuple):
     """A reflectance as pure functions of its parameters.
 

@@ -31,7 +31,7 @@ from jaxbrdf.core.numerics import safe_divide
 from jaxbrdf.core.ranges import clamp
 from jaxbrdf.core.tree import select
 from jaxbrdf.sampling.mis import balance_heuristic
-from jaxbrdf.types import Brdf, Params, Query
+from jaxbrdf.types import Brdf, NoisyValue, Params, Query
 
 PATHS_IN_A_ROW = 16
 """Of one lane; a lane that is done waits for the longest path, and this makes the wait a small part."""
@@ -55,13 +55,6 @@ class StackParams(NamedTuple):
     interfaces: tuple[InterfaceParams, ...]
     media: tuple[Medium | None, ...]
     base: Params
-
-
-class NoisyValue(NamedTuple):
-    """An estimate of f and its standard error, both `(..., 3)`."""
-
-    value: jax.Array
-    standard_error: jax.Array
 
 
 class PositionFree(NamedTuple):

@@ -111,3 +111,19 @@ def turn_to_azimuth_zero(wi: jax.Array, wo: jax.Array, pivot: jax.Array) -> tupl
 def sin_theta(w: jax.Array) -> jax.Array:
     """Sine between w and the normal, from the components that keep their precision near the pole."""
     return safe_sqrt(w[..., 0] ** 2 + w[..., 1] ** 2)
+
+
+def tilt(w: jax.Array, n: jax.Array) -> jax.Array:
+    """w under the shortest rotation that takes the normal to n, which must have n_z > -1.
+
+    R w = (w_x + a n_x, w_y + a n_y, w_z n_z - n_x w_x - n_y w_y) with a = w_z - (n_x w_x + n_y w_y) / (1 + n_z):
+    Rodrigues' formula about z x n, with 1 + n_z the only divisor.
+    """
+    across = n[..., 0] * w[..., 0] + n[..., 1] * w[..., 1]
+    a = w[..., 2] - across / (1.0 + n[..., 2])
+    return jnp.stack([w[..., 0] + a * n[..., 0], w[..., 1] + a * n[..., 1], w[..., 2] * n[..., 2] - across], axis=-1)
+
+
+def untilt(w: jax.Array, n: jax.Array) -> jax.Array:
+    """Inverse of `tilt`: w as it is seen in a frame whose normal is n."""
+    return tilt(w, jnp.stack([-n[..., 0], -n[..., 1], n[..., 2]], axis=-1))

@@ -25,6 +25,7 @@ from jaxbrdf.brdf.metallic_roughness import METALLIC_ROUGHNESS, MetallicRoughnes
 from jaxbrdf.brdf.metals import METALS
 from jaxbrdf.brdf.microfacet import MICROFACET, SEPARABLE_MICROFACET, MicrofacetParams
 from jaxbrdf.brdf.multiple_scattering import MULTIPLE_SCATTERING
+from jaxbrdf.brdf.normal_mapped import NormalMappedParams, normal_mapped, reciprocal_normal_mapped
 from jaxbrdf.brdf.oren_nayar import OREN_NAYAR, OrenNayarParams
 from jaxbrdf.brdf.principled import PRINCIPLED, PrincipledParams
 from jaxbrdf.brdf.proposed import Proposed, sampled_by
@@ -204,6 +205,8 @@ def built_in(name: str) -> Subject:
 
 
 CLAY = OrenNayarParams(RED, number(0.4))
+MAPPED_METAL, RECIPROCAL_METAL = normal_mapped(MICROFACET), reciprocal_normal_mapped(MICROFACET)
+LEANING_METAL = NormalMappedParams(colour(2 / 11, -6 / 11, 9 / 11), facets(Ggx(ISOTROPIC)))
 COATED_METAL, COATED_CLAY = layered(MICROFACET), layered(OREN_NAYAR, diffuse=True)
 
 BRDFS: Mapping[str, Row] = MappingProxyType(
@@ -251,6 +254,13 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
             lambda: reciprocal(METALLIC_ROUGHNESS, MetallicRoughnessParams(PLAIN, number(0.5), number(0.4))),
         ),
         "substrate": Row(SUBSTRATE, lambda: reciprocal(SUBSTRATE, SubstrateParams(RED, number(1.5)))),
+        "normal-mapped metal": Row(
+            normal_mapped, lambda: Subject(Material("", MAPPED_METAL, LEANING_METAL, False), conserving=True)
+        ),
+        "normal-mapped metal, reciprocal part": Row(
+            reciprocal_normal_mapped,
+            lambda: Subject(Material("", RECIPROCAL_METAL, LEANING_METAL, False), reciprocal=True),
+        ),
         "rough interface": Row(
             ROUGH_INTERFACE,
             lambda: from_above(ROUGH_INTERFACE, InterfaceParams(Ggx(ISOTROPIC), number(1.5))),

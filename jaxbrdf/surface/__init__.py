@@ -1,0 +1,1 @@
+"""Spatially varying reference materials and their prefiltering."""
