@@ -188,8 +188,9 @@ CHECKS: MappingProxyType[str, Callable[[jax.Array, Subject], list[Verdict]]] = M
 )
 
 
-STEPS = tuple({check: name for name, check in reversed(CHECKS.items())}.values())[::-1]
-"""A name for each function of `CHECKS`; the density and the sampler are checked by one."""
+STEPS = tuple(name for name in CHECKS if name != "sampler")
+"""The functions of `CHECKS`, each by one name: density and sampler are checked by the same."""
+
 
 
 def _is_floating(params: Params) -> bool:
