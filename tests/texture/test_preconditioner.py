@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from jaxbrdf.fit.optimiser import OptimiserConfig, adam
-from jaxbrdf.texture.preconditioner import falloff, smooth
+from jaxbrdf.texture.preconditioner import falloff, smooth, smooth_pyramid
+from jaxbrdf.texture.pyramid import Layout, Wrap
 
 SIZES = [(5, 8), (4, 1), (6, 7)]
 
@@ -41,6 +42,19 @@ def test_centre_and_rim_do_not_touch_but_the_azimuth_does():
     spread = smooth(jnp.zeros((1, 16, 16)).at[0, 0, 0].set(1.0), 5.0)[0]
     assert float(spread[0, 15]) == pytest.approx(float(spread[0, 1]), rel=1e-4)
     assert float(spread[15, 0]) < 0.1 * float(spread[1, 0])
+
+
+@pytest.mark.parametrize("wrap", ["repeat", "clamp"])
+def test_of_a_pyramid_it_is_symmetric_and_keeps_every_level_to_itself(wrap: Wrap):
+    layout = Layout(3, 6, wrap)
+    k = np.asarray(jax.jit(lambda texels: smooth_pyramid(layout, texels, 10.0))(jnp.eye(layout.texels)))
+    np.testing.assert_allclose(k, k.T, atol=1e-6)
+    numbers = np.repeat(np.arange(layout.top + 1), [rows * columns for rows, columns in layout.sizes])
+    np.testing.assert_allclose(np.abs(k[numbers[:, None] != numbers[None, :]]), 0.0, atol=0.0)
+    np.testing.assert_allclose(k @ np.ones(len(k)), 1.0, atol=1e-6)
+    assert np.linalg.eigvalsh(0.5 * (k + k.T))[0] >= 1 / (1 + 10.0 * np.sqrt(0.5)) - 1e-6
+    # the two ends of the first row touch or do not
+    assert k[0, 5] == pytest.approx(k[0, 1], rel=1e-4) if wrap == "repeat" else k[0, 5] < 0.5 * k[0, 1]
 
 
 def test_without_strength_nothing_changes():
