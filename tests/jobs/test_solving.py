@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxbrdf.core.directions import spherical
 from jaxbrdf.core.roughness import Isotropic
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
@@ -18,7 +19,7 @@ from jaxbrdf.jobs.fit import fit
 from jaxbrdf.jobs.fit_config import FitConfig
 from jaxbrdf.jobs.solving import FOLLOWED, Problem, solve_for, uncertainty
 from jaxbrdf.models.abc import AbcConfig
-from jaxbrdf.models.ggx import BareGgxConfig, GgxLobe, GgxLobesParams
+from jaxbrdf.models.ggx import BareGgxConfig, GgxConfig, GgxLobe, GgxLobesParams
 from jaxbrdf.models.table import brdf_of
 from jaxbrdf.types import Query
 from tests.jobs.tiny import Listener, hasten_judge
@@ -37,6 +38,17 @@ def test_parameters_are_found_again():
     for value, wanted in zip(jax.tree.leaves(found.params), jax.tree.leaves(TRUE), strict=True):
         np.testing.assert_allclose(value, wanted, rtol=5e-3)
     assert min(found.findings["start_costs"]) < 1e-5
+
+
+def test_a_lobe_that_nobody_needs_is_no_spike():
+    """Which the mean over cosine-distributed directions would not see: alpha 1e-4 is 1e7 times as bright."""
+    config = GgxConfig()
+    matte = GgxLobesParams(jnp.full(3, 0.5), (GgxLobe(jnp.full(3, 0.01), Isotropic(jnp.array(0.5))),))
+    truth = jax.jit(partial(brdf_of("ggx", config).eval, matte))
+    found = solve_for(Problem("ggx", config, truth, 0), Listener())
+    theta = jnp.linspace(0.0, 1.4, 15)
+    mirrored = Query(spherical(theta, jnp.zeros_like(theta)), spherical(theta, jnp.full_like(theta, jnp.pi)))
+    np.testing.assert_allclose(brdf_of("ggx", config).eval(found.params, mirrored), truth(mirrored), rtol=0.1)
 
 
 def test_uncertainty_is_least_where_the_data_say_most():
