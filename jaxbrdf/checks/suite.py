@@ -192,7 +192,6 @@ STEPS = tuple(name for name in CHECKS if name != "sampler")
 """The functions of `CHECKS`, each by one name: density and sampler are checked by the same."""
 
 
-
 def _is_floating(params: Params) -> bool:
     kinds = [jnp.asarray(leaf).dtype for leaf in jax.tree.leaves(params)]
     return bool(kinds) and all(jnp.issubdtype(kind, jnp.floating) for kind in kinds)

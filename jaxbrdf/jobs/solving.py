@@ -129,7 +129,8 @@ def uncertainty(problem: Problem, params: Params) -> dict[str, Any]:
 def residuals_of(model: str, config: Any) -> Residuals:
     """Differences of ln(f + `SMAPE_OFFSET`), as SMAPE has them where they are small.
 
-    Weighed as the metrics are, and a little evenly over all pairs above the horizon (`HIGHLIGHT_SHARE`). The same function for the same model, so that one compilation serves all materials.
+    Weighed as the metrics are, and a little evenly over all pairs above the horizon (`HIGHLIGHT_SHARE`). The same
+    function for the same model, so that one compilation serves all materials.
     """
     brdf = ANALYTIC[model].build(config)
 
