@@ -102,8 +102,8 @@ def ways(material: Material, own: Material, config: ProxyFit, stored: ViewProxy 
         start = time.perf_counter()
         of_proposal = jax.block_until_ready(make())
         seconds = time.perf_counter() - start
-        stored = (own.params.vndf, own.params.luminance) if name == "file" else of_proposal
-        found[name] = Way(brdfs[name], Proposed(params, of_proposal), memory(stored), seconds)
+        kept = (own.params.vndf, own.params.luminance) if name == "file" else of_proposal
+        found[name] = Way(brdfs[name], Proposed(params, of_proposal), memory(kept), seconds)
     return found
 
 

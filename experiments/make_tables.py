@@ -74,6 +74,7 @@ def energy(rows: list[Row]) -> str:
         Column("albedo_without", "albedo without", ".3f", max),
         Column("albedo", "with", ".4f", max),
         Column("mae_ratio", "MAE", ".3f", geometric_mean),
+        Column("least_mae_ratio", "MAE at least", ".3f", max),
         Column("smape_ratio", "SMAPE", ".3f", geometric_mean),
         Column("rmse_ratio", "RMSE", ".3f", geometric_mean),
         Column("ns_without", "OpenCL, ns without", ".1f", geometric_mean),

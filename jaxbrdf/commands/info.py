@@ -13,7 +13,7 @@ from jaxbrdf.report import text
 def add_info(commands: Any) -> None:
     """The command that describes a file."""
     command = add_command(commands, "info", "tell what a file is", run_info, text.fields)
-    command.add_argument("file", metavar="FILE", help=f"{BUNDLE_HELP}; or {INPUT_HELP}")
+    command.add_argument("file", metavar="FILE", help=f"{BUNDLE_HELP}; or {INPUT_HELP}; or a folder of PBR textures")
 
 
 def run_info(options: argparse.Namespace) -> dict[str, Any]:

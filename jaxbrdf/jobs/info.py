@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
+from jaxbrdf.data.pbr import read_folder
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.json_record import to_plain
 from jaxbrdf.jobs.finishing import largest_albedo
 from jaxbrdf.jobs.judge import describe_truth
-from jaxbrdf.jobs.source import Source, open_source
+from jaxbrdf.jobs.source import Source, is_bundle, open_source
 
 
 def info(name: str) -> dict[str, Any]:
-    """Fields that describe a measured file, a bundle or a built-in material.
+    """Fields that describe a measured file, a bundle, a built-in material or a folder of textures.
 
     Raises:
         DataError: if it cannot be read.
     """
+    path = Path(name)
+    if path.is_dir() and not is_bundle(path):
+        return _of_textures(path)
     source = open_source(name)
     return _of_bundle(source.bundle) if source.bundle is not None else _of_material(source)
 
@@ -27,6 +32,23 @@ def info(name: str) -> dict[str, Any]:
 def _of_material(source: Source) -> dict[str, Any]:
     kind = source.path.suffix.lstrip(".") if source.path else "built-in"
     return {"kind": kind, "sha256": source.sha256, **describe_truth(source)}
+
+
+def _of_textures(path: Path) -> dict[str, Any]:
+    textures = read_folder(path)
+    rows, columns = textures.metallic.shape
+    lean = np.degrees(np.arccos(np.clip(textures.normal[..., 2], -1.0, 1.0)))
+    return {
+        "kind": "texture set",
+        "name": path.resolve().name,
+        "rows": rows,
+        "columns": columns,
+        "mean_base_color": textures.base_color.mean((0, 1), dtype=np.float64).tolist(),
+        "roughness": [float(textures.roughness.min()), float(textures.roughness.max())],
+        "metallic": [float(textures.metallic.min()), float(textures.metallic.max())],
+        "mean_lean_of_normals_in_degrees": float(lean.mean(dtype=np.float64)),
+        "told": list(textures.told),
+    }
 
 
 def _of_bundle(bundle: Bundle) -> dict[str, Any]:

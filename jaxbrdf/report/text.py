@@ -72,11 +72,13 @@ def written(result: dict[str, Any]) -> str:
 
 
 def fields(result: dict[str, Any], *, indent: str = "") -> str:
-    """Nested fields, one a line."""
+    """Nested fields, one a line; sentences each on a line of their own."""
     lines = []
     for name, value in result.items():
         if isinstance(value, dict):
             lines += [f"{indent}{name}", fields(value, indent=indent + "  ")]
+        elif isinstance(value, list) and any(isinstance(part, str) and " " in part for part in value):
+            lines += [f"{indent}{name}", *(f"{indent}  {part}" for part in value)]
         else:
             lines.append(f"{indent}{name:16s} {value}")
     return "\n".join(lines)

@@ -162,6 +162,13 @@ def test_info_tells_what_a_file_is(capsys: pytest.CaptureFixture[str], bundle: P
     assert fitted["provenance"]["preset"] == "quick"
 
 
+def test_info_of_a_texture_set(capsys: pytest.CaptureFixture[str], data_dir: Path):
+    found = run_json(capsys, "info", data_dir / "textures" / "Bricks102")
+    assert (found["kind"], found["rows"], found["columns"]) == ("texture set", 512, 1024)
+    assert found["metallic"] == [0.0, 0.0]
+    assert any("Bricks102_1K-JPG_NormalGL.jpg, OpenGL by its name" in line for line in found["told"])
+
+
 def test_info_of_a_published_network_in_its_archive(capsys: pytest.CaptureFixture[str], data_dir: Path):
     found = run_json(capsys, "info", data_dir / "nbrdf" / "rgl-isotropic_nbrdf.zip" / "cg_sunflower_rgb.h5")
     assert (found["kind"], found["name"], found["isotropic"]) == ("h5", "cg_sunflower_rgb", True)
