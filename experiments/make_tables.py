@@ -123,6 +123,9 @@ def rgl(found: dict[str, Any]) -> str:
     return markdown(rows, columns, closing="worst")
 
 
+CANCELLATION = "difference without the coat's cancellation"
+
+
 def mitsuba_brdfs(found: dict[str, Any]) -> str:
     """Relative differences from Mitsuba, case by case, as they are and with a known factor taken out."""
     rows = []
@@ -131,6 +134,10 @@ def mitsuba_brdfs(found: dict[str, Any]) -> str:
         if "factor" in of:
             rest = _differences(of["difference without the factor"])
             rows.append({"case": "", "what": f"without {of['factor']}"} | rest)
+        if CANCELLATION in of:
+            share = of["share without the coat's cancellation"]
+            what = f"the {share:.0%} of pairs without the coat's cancellation"
+            rows.append({"case": "", "what": what} | _differences(of[CANCELLATION]))
     names = {"median": "f, median", "p99": "f, 99 %", "pdf median": "pdf, median", "pdf p99": "pdf, 99 %"}
     titles = (Column("case", "case"), Column("what", "difference"))
     return markdown(rows, (*titles, *(Column(key, title, ".1e") for key, title in names.items())))
