@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from jaxbrdf.core.directions import azimuth
 from jaxbrdf.core.grazing import grazing, view_at
 from jaxbrdf.core.numerics import safe_divide
-from jaxbrdf.sampling.lights import lights_of_view
+from jaxbrdf.sampling.lights import lights_to_horizon
 from jaxbrdf.types import Params, Query
 
 LIGHTS = 2**15
@@ -82,7 +82,7 @@ def _albedo_of_views(
     evaluate: Callable[[Params, Query], jax.Array], lights: int, params: Params, views: jax.Array
 ) -> jax.Array:
     def of_view(wo: jax.Array) -> jax.Array:
-        wi, density = lights_of_view(wo, lights)
+        wi, density = lights_to_horizon(wo, lights)
         f = evaluate(params, Query(wi, jnp.broadcast_to(wo, wi.shape)))
         return jnp.mean(f * safe_divide(jnp.maximum(wi[:, 2], 0.0), density)[:, None], axis=0)
 

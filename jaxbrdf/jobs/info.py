@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,8 @@ def info(name: str) -> dict[str, Any]:
     Raises:
         DataError: if it cannot be read.
     """
-    path = Path(name)
-    if path.is_dir() and not is_bundle(path):
-        return _of_textures(path)
+    if os.path.isdir(name) and not is_bundle(Path(name)):
+        return _of_textures(Path(name))
     source = open_source(name)
     return _of_bundle(source.bundle) if source.bundle is not None else _of_material(source)
 

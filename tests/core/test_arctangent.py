@@ -20,7 +20,9 @@ def test_agrees_with_numpy_in_every_octant_and_magnitude() -> None:
 
 def test_axes_and_signed_zeros() -> None:
     y, x = (a.reshape(-1) for a in np.meshgrid(ONES, np.array([1.0, -1.0], np.float32)))
-    np.testing.assert_array_equal(fast_atan2(jnp.asarray(y), jnp.asarray(x)), np.arctan2(y, x))
+    # rounded once: numpy's own single precision is half a unit further off where it has vector instructions for it
+    exact = np.arctan2(y.astype(np.float64), x.astype(np.float64)).astype(np.float32)
+    np.testing.assert_array_equal(fast_atan2(jnp.asarray(y), jnp.asarray(x)), exact)
     np.testing.assert_array_equal(fast_atan2(jnp.zeros(1), jnp.zeros(1)), 0.0)
 
 
