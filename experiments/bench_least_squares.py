@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -68,15 +69,15 @@ def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
     }
 
 
-def time_again(paths: list[Path]) -> None:
-    """The seconds of every row of the results, measured anew; the first file compiles."""
+def time_again(paths: list[Path], models: Sequence[str]) -> None:
+    """The seconds of these models' rows of the results, measured anew; the first file compiles."""
     report = json.loads(RESULTS.read_text())
     rows = {(row["material"], row["model"]): row for row in report["rows"]}
     for path in [paths[0], *paths]:
         reference = open_reference(str(path))
-        for model in ANALYTIC:
+        for model in models:
             rows[reference.material.name, model].update(seconds(fit(reference, model)[1]))
-        print(reference.material.name, [round(rows[reference.material.name, m]["fit_seconds"], 2) for m in ANALYTIC])
+        print(reference.material.name, [round(rows[reference.material.name, m]["fit_seconds"], 2) for m in models])
     RESULTS.write_text(json.dumps(report, indent=1) + "\n")
 
 
@@ -102,7 +103,7 @@ def main() -> None:
     folder = Path(os.environ["JAXBRDF_DATA"]) / "rgl"
     names = options.materials or sorted(path.name.removesuffix("_rgb.bsdf") for path in folder.glob("*_rgb.bsdf"))
     if options.seconds:
-        return time_again([folder / f"{name}_rgb.bsdf" for name in names])
+        return time_again([folder / f"{name}_rgb.bsdf" for name in names], options.models)
     rows = []
     for name in names:
         reference = open_reference(str(folder / f"{name}_rgb.bsdf"))

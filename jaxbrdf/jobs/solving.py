@@ -33,9 +33,9 @@ STARTS, FOLLOWED = 128, 4
 HIGHLIGHT_SHARE = 0.03
 """Of a pair's weight that does not go by its importance. By importance alone a lobe that nobody needs may end as a
 spike of alpha 1e-4, which takes up so little of the cosine-distributed directions that it costs nothing and makes the
-RMSE thousands of times as large. Half of the pairs crowd about the mirror on every scale: with this share they see it,
-and SMAPE rises by two hundredths of itself (measured on half of the RGL files; of 0.01 a spike is left, 0.1 costs up to
-a tenth)."""
+RMSE thousands of times as large. Half of the pairs crowd about the mirror on every scale: with this share they see it.
+Over the RGL files SMAPE rises by 5 % for `ggx` and by less for models that follow highlights better, whose MAE and RMSE
+fall; of 0.01 a spike is left."""
 
 TINY = float(np.finfo(np.float64).tiny)
 
