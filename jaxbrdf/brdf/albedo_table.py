@@ -16,8 +16,8 @@ from jaxbrdf.sampling.lights import lights_to_horizon
 from jaxbrdf.types import Params, Query
 
 LIGHTS = 2**15
-"""Directions to the light that are summed for a viewer: off by 5e-4 at most for GGX lobes of roughness 0.003 to 0.3 and
-for measured materials, by eight times as many (the error falls with their number)."""
+"""Directions to the light that are summed for a viewer: of fits that grow towards the horizon off by up to 1.6e-3, by
+sixteen times as many (the error falls with their number)."""
 
 ELEVATIONS = 33
 AZIMUTHS = 16

@@ -62,12 +62,19 @@ def fit_energy_scale(
     margin = MARGIN + _between(_log_albedo(evaluate, params, isotropic, ROUGH_LIGHTS))
     scaled_evaluate = scaled(evaluate, lambda both: both)
     for _ in range(CORRECTIONS):
-        scale = EnergyScale(jnp.asarray(_envelope(loss) / np.log(2.0), jnp.float32))
+        scale = _scale_of(loss)
         beyond = _log_albedo(scaled_evaluate, (params, scale), isotropic, CHECKED_LIGHTS) + margin
         if beyond.max() <= 0.5 * MARGIN:
             break
         loss = np.maximum(loss, np.where(beyond > 0.0, _loss_at_nodes(scale) + beyond, 0.0))
+    else:
+        # what is left is taken everywhere, so that the bound holds in any case
+        scale = _scale_of(_loss_at_nodes(scale) + max(float(beyond.max()), 0.0))
     return scale if loss.any() else None
+
+
+def _scale_of(loss: np.ndarray) -> EnergyScale:
+    return EnergyScale(jnp.asarray(_envelope(loss) / np.log(2.0), jnp.float32))
 
 
 def _between(log_albedo: np.ndarray) -> np.ndarray:
