@@ -27,7 +27,7 @@ Residuals = Callable[[Params, Any], jax.Array]
 PAIRS, SCREENING_PAIRS = 4096, 512
 """Directions that the solver sees, and that choose among the starts."""
 
-STARTS, FOLLOWED = 128, 4
+STARTS, FOLLOWED = 128, 8
 """Random parameters that are looked at, and those of them that are followed down."""
 
 HIGHLIGHT_SHARE = 0.03
