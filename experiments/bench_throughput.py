@@ -54,7 +54,7 @@ def jax_trainer(data: dict[str, np.ndarray]):
         return jnp.mean(losses.balanced(model.decode(params, batch.coordinates), batch, scale))
 
     advance = loop.compile_advance(loss, optimiser, cosine, config, jax.devices())
-    placed, state = advance.place_pool(pool), advance.place_state(loop.start(model.init(jax.random.key(0)), optimiser))
+    placed, state = advance.place_data(pool), advance.place_state(loop.start(model.init(jax.random.key(0)), optimiser))
     counts = jnp.int32(STEPS), jnp.int32(1000)
     return lambda: jax.block_until_ready(advance.run(state, placed, *counts))
 

@@ -70,9 +70,9 @@ def solve(residuals: Callable[[Params, Any], jax.Array], starts: Params, data: A
         cost = jnp.mean(jnp.square(residuals(from_free(found.value), data)))
         return found.value, jnp.where(jnp.isfinite(cost), cost, jnp.inf), found.stats["num_steps"]
 
-    free, costs, steps = jax.vmap(descend)(starts)
+    free, costs, taken = jax.vmap(descend)(starts)
     best = jax.tree.map(lambda leaf: leaf[jnp.argmin(costs)], free)
-    return LeastSquares(from_free(best), jnp.min(costs), costs, jnp.max(steps))
+    return LeastSquares(from_free(best), jnp.min(costs), costs, jnp.max(taken))
 
 
 @partial(jax.jit, static_argnums=(0, 3))

@@ -1,7 +1,8 @@
 """The training loop as one jitted function of its whole state.
 
-It knows only a loss of (params, batch). Every device holds a share of the pool and takes its share of each batch;
-gradients are averaged over devices, so parameters stay the same on all. The same seed and devices give the same bits.
+It knows only a loss of (params, batch), and a feed that gives each device its share of every batch
+(`jaxbrdf.fit.feed`); gradients are averaged over devices, so parameters stay the same on all. The same seed and devices
+give the same bits.
 """
 
 from __future__ import annotations
@@ -19,12 +20,11 @@ from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
 
 from jaxbrdf.core.compiler import known_options
 from jaxbrdf.fit.batch import Batch
+from jaxbrdf.fit.feed import AXIS, POOLED, Feed, Piece
 from jaxbrdf.types import Params
 
 BatchLoss = Callable[[Params, Batch], jax.Array]
 Schedule = Callable[[jax.Array, jax.Array], jax.Array]
-
-AXIS = "batch"
 
 COMPILER_OPTIONS = {"xla_cpu_experimental_ynn_fusion_type": "LIBRARY_FUSION_TYPE_INDIVIDUAL_DOT"}
 """XLA's library for the processor gets matrix products alone: reductions so small cost its threads more than they save.
@@ -69,14 +69,14 @@ class Advance(NamedTuple):
     """The compiled loop.
 
     Attributes:
-        run: `(state, pool, count, steps) -> (state, mean loss)`, `count` steps of a training of `steps`; ValueError
-            if the pool does not hold a batch.
-        place_state, place_pool: put arrays where `run` wants them.
+        run: `(state, data, count, steps) -> (state, mean loss)`, `count` steps of a training of `steps`, with the data
+            that the feed reads; ValueError if it refuses them.
+        place_state, place_data: put arrays where `run` wants them.
     """
 
-    run: Callable[[FitState, Batch, jax.Array, jax.Array], tuple[FitState, jax.Array]]
+    run: Callable[[FitState, Any, jax.Array, jax.Array], tuple[FitState, jax.Array]]
     place_state: Callable[[FitState], FitState]
-    place_pool: Callable[[Batch], Batch]
+    place_data: Callable[[Any], Any]
 
 
 def start(params: Params, optimiser: optax.GradientTransformation) -> FitState:
@@ -90,8 +90,10 @@ def compile_advance(
     schedule: Schedule,
     config: LoopConfig,
     devices: Sequence[Any],
+    *,
+    feed: Feed = POOLED,
 ) -> Advance:
-    """The loop for `devices`.
+    """The loop for `devices`, by default over a pool of queries.
 
     Raises:
         ValueError: if the batch does not divide into the devices' microbatches.
@@ -102,27 +104,25 @@ def compile_advance(
     if share % min(config.microbatch, share):
         raise ValueError(f"microbatch is {config.microbatch}; it must divide a device's share of the batch, {share}")
     mesh = Mesh(devices, (AXIS,), axis_types=(AxisType.Auto,))
-    step = partial(_step, loss, optimiser, schedule, config, share)
+    step = partial(_step, loss, optimiser, schedule, config, share, feed)
     return Advance(
-        run=jax.jit(partial(_sharded_run, mesh, step), compiler_options=known_options(COMPILER_OPTIONS)),
+        run=jax.jit(partial(_sharded_run, mesh, step, feed), compiler_options=known_options(COMPILER_OPTIONS)),
         place_state=lambda state: jax.device_put(state, NamedSharding(mesh, PartitionSpec())),
-        place_pool=partial(jax.tree.map, lambda leaf: jax.device_put(leaf, NamedSharding(mesh, _last_axis(leaf)))),
+        place_data=partial(jax.tree.map, lambda leaf: jax.device_put(leaf, NamedSharding(mesh, feed.spec(leaf)))),
     )
 
 
-def _last_axis(leaf: jax.Array) -> PartitionSpec:
-    return PartitionSpec(*[None] * (leaf.ndim - 1), AXIS)
-
-
-def _sharded_run(mesh: Mesh, step: Callable, state: FitState, pool: Batch, count: jax.Array, steps: jax.Array):
-    def run(state: FitState, pool: Batch, count: jax.Array, steps: jax.Array) -> tuple[FitState, jax.Array]:
+def _sharded_run(
+    mesh: Mesh, step: Callable, feed: Feed, state: FitState, data: Any, count: jax.Array, steps: jax.Array
+):
+    def run(state: FitState, data: Any, count: jax.Array, steps: jax.Array) -> tuple[FitState, jax.Array]:
         first = (state, jnp.zeros(()))
-        state, total = jax.lax.fori_loop(0, count, lambda _, carry: step(pool, steps, carry), first)
+        state, total = jax.lax.fori_loop(0, count, lambda _, carry: step(data, steps, carry), first)
         return state, total / count
 
-    specs = (PartitionSpec(), jax.tree.map(_last_axis, pool), PartitionSpec(), PartitionSpec())
+    specs = (PartitionSpec(), jax.tree.map(feed.spec, data), PartitionSpec(), PartitionSpec())
     mapped = jax.shard_map(run, mesh=mesh, in_specs=specs, out_specs=PartitionSpec(), check_vma=False)
-    return mapped(state, pool, count, steps)
+    return mapped(state, data, count, steps)
 
 
 def _step(
@@ -131,12 +131,13 @@ def _step(
     schedule: Schedule,
     config: LoopConfig,
     share: int,
-    pool: Batch,
+    feed: Feed,
+    data: Any,
     steps: jax.Array,
     carry: tuple[FitState, jax.Array],
 ) -> tuple[FitState, jax.Array]:
     state, total = carry
-    value, gradient = _mean_over_devices(_gradient(loss, config, share, state, pool))
+    value, gradient = _mean_over_devices(_gradient(loss, config, share, feed, state, data))
     updates, moments = optimiser.update(gradient, state.optimiser, state.params)
     factor = schedule(state.step, steps)
     params = jax.tree.map(lambda p, u: p + factor * u, state.params, updates)
@@ -150,23 +151,16 @@ def _mean_over_devices(tree: Any) -> Any:
     return unravel(jax.lax.pmean(flat, AXIS))
 
 
-def _gradient(loss: BatchLoss, config: LoopConfig, share: int, state: FitState, pool: Batch):
+def _gradient(loss: BatchLoss, config: LoopConfig, share: int, feed: Feed, state: FitState, data: Any):
     """Loss and gradient of this device's share of the next batch, piece by piece."""
-    held = pool.importance.shape[-1]
-    if held < share:
-        raise ValueError(f"the pool holds {held} queries for each device; a batch takes {share}")
-    piece = min(config.microbatch, share)
-    pieces = share // piece
-    first = (state.step % (held // share)) * share
+    size = min(config.microbatch, share)
+    pieces = share // size
 
-    def one(offset: jax.Array):
-        batch = jax.tree.map(lambda leaf: jax.lax.dynamic_slice_in_dim(leaf, offset, piece, leaf.ndim - 1), pool)
-        return jax.value_and_grad(loss)(state.params, batch)
+    def one(index: jax.Array):
+        return jax.value_and_grad(loss)(state.params, feed.batch(data, Piece(state.step, share, index, size)))
 
     if pieces == 1:
-        return one(first)
+        return one(jnp.int32(0))
     zero = jax.tree.map(jnp.zeros_like, (jnp.zeros(()), state.params))
-    sums = jax.lax.fori_loop(
-        0, pieces, lambda index, sums: jax.tree.map(jnp.add, sums, one(first + index * piece)), zero
-    )
+    sums = jax.lax.fori_loop(0, pieces, lambda index, sums: jax.tree.map(jnp.add, sums, one(index)), zero)
     return jax.tree.map(lambda leaf: leaf / pieces, sums)

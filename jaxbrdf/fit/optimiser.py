@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import optax
 
 from jaxbrdf.texture.angular import is_texture
-from jaxbrdf.texture.preconditioner import smooth
-from jaxbrdf.types import Params
+from jaxbrdf.texture.preconditioner import smooth, smooth_pyramid
+from jaxbrdf.texture.pyramid import Pyramid, is_pyramid
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,9 @@ class OptimiserConfig:
     Attributes:
         texture_rate, network_rate: first learning rates.
         beta1, beta2, epsilon: Adam's.
-        smoothing: A of the textures' preconditioner; zero leaves it out.
+        smoothing: A of the angular textures' preconditioner; zero leaves it out.
+        spatial_rate: first learning rate of pyramids.
+        spatial_smoothing: A of their preconditioner.
     """
 
     texture_rate: float = 3e-3
@@ -29,31 +33,43 @@ class OptimiserConfig:
     beta2: float = 0.999
     epsilon: float = 1e-15
     smoothing: float = 5.0
+    spatial_rate: float = 3e-3
+    spatial_smoothing: float = 10.0
 
 
 def adam(config: OptimiserConfig) -> optax.GradientTransformation:
     """Preconditioned Adam whose updates still wait for the schedule's factor."""
-    smoothing = [optax.stateless(_smoother(config.smoothing))] if config.smoothing else []
+    smoothing = [_each(_smoothed(config))] if config.smoothing or config.spatial_smoothing else []
     scaling = optax.scale_by_adam(config.beta1, config.beta2, config.epsilon)
-    return optax.chain(*smoothing, scaling, *smoothing, optax.stateless(_rates(config)))
+    return optax.chain(*smoothing, scaling, *smoothing, _each(_rated(config)))
 
 
-def _smoother(strength: float):
-    def update(updates: Params, params: Params | None) -> Params:
-        del params
-        return jax.tree.map(lambda leaf: smooth(leaf, strength) if is_texture(leaf) else leaf, updates)
-
-    return update
+def _each(change: Callable[[Any], Any]) -> optax.GradientTransformation:
+    """What changes each array, or pyramid, by itself."""
+    return optax.stateless(lambda updates, params: jax.tree.map(change, updates, is_leaf=is_pyramid))
 
 
-def _rates(config: OptimiserConfig):
-    def update(updates: Params, params: Params | None) -> Params:
-        del params
-        return jax.tree.map(
-            lambda leaf: -leaf * (config.texture_rate if is_texture(leaf) else config.network_rate), updates
-        )
+def _smoothed(config: OptimiserConfig) -> Callable[[Any], Any]:
+    """The preconditioner of an array or a pyramid."""
 
-    return update
+    def change(part: Any) -> Any:
+        if isinstance(part, Pyramid):
+            layout, strength = part.layout, config.spatial_smoothing
+            return Pyramid(layout, smooth_pyramid(layout, part.texels, strength)) if strength else part
+        return smooth(part, config.smoothing) if config.smoothing and is_texture(part) else part
+
+    return change
+
+
+def _rated(config: OptimiserConfig) -> Callable[[Any], Any]:
+    """Downhill by the learning rate of an array or a pyramid."""
+
+    def change(part: Any) -> Any:
+        if isinstance(part, Pyramid):
+            return Pyramid(part.layout, -config.spatial_rate * part.texels)
+        return -part * (config.texture_rate if is_texture(part) else config.network_rate)
+
+    return change
 
 
 def cosine(step: jax.Array, steps: jax.Array, *, warm_up: int = 200) -> jax.Array:

@@ -49,7 +49,7 @@ def _own(name: str, steps: int, pool: int, hidden: tuple[int, ...]) -> Preset:
         name,
         steps,
         LoopConfig(batch=2**13),
-        OptimiserConfig(texture_rate=2e-2, network_rate=1e-2, beta1=0.9, smoothing=0.0),
+        OptimiserConfig(texture_rate=2e-2, network_rate=1e-2, beta1=0.9, smoothing=0.0, spatial_smoothing=0.0),
         losses.balanced,
         optimiser.cosine,
         pool,

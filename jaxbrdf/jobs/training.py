@@ -155,7 +155,7 @@ def _prepare(task: Task, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
     advance = loop.compile_advance(
         partial(_loss, task, scale), adam(task.preset.optimiser), task.preset.schedule, task.preset.loop, jax.devices()
     )
-    placed, state = advance.place_pool(drawn), _first_state(task, drawn)
+    placed, state = advance.place_data(drawn), _first_state(task, drawn)
     clock = time.perf_counter()
     jax.block_until_ready(advance.run(advance.place_state(state), placed, jnp.int32(1), jnp.int32(1)))
     seconds["compile"] = time.perf_counter() - clock
@@ -272,7 +272,7 @@ def _strides(
     while done < steps:
         index, until = _pool_of(task.preset, done)
         if index != held:
-            held, placed = index, prepared.advance.place_pool(_draw(task, index))
+            held, placed = index, prepared.advance.place_data(_draw(task, index))
         count = min(_stride(task.preset), steps - done, until - done)
         state, loss = prepared.advance.run(state, placed, jnp.int32(count), jnp.int32(steps))
         done += count

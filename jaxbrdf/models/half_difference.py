@@ -46,11 +46,12 @@ class HalfDifferencePolar(NamedTuple):
     d: angular.Polar
 
 
-def init_textures(key: jax.Array, sizes: TextureSizes) -> tuple[jax.Array, jax.Array]:
-    """H and D, `(channels, n_r, n_phi)`, with independent normal texels."""
+def init_textures(key: jax.Array, sizes: TextureSizes, *, channels: int | None = None) -> tuple[jax.Array, jax.Array]:
+    """H and D, `(channels, n_r, n_phi)`, with independent normal texels; by default of the sizes' channels."""
     key_h, key_d = jax.random.split(key)
-    shape_h = (sizes.channels, sizes.h_radii, 1 if sizes.isotropic else sizes.h_azimuths)
-    shape_d = (sizes.channels, sizes.d_radii, sizes.d_azimuths)
+    channels = channels or sizes.channels
+    shape_h = (channels, sizes.h_radii, 1 if sizes.isotropic else sizes.h_azimuths)
+    shape_d = (channels, sizes.d_radii, sizes.d_azimuths)
     return FIRST_DEVIATION * jax.random.normal(key_h, shape_h), FIRST_DEVIATION * jax.random.normal(key_d, shape_d)
 
 

@@ -13,11 +13,11 @@ LEAST_EXPONENT = 0.5
 
 
 class RadialWarp(NamedTuple):
-    """Raw parameters of r' = sum_k w_k r^alpha_k.
+    """Raw parameters of r' = sum_k w_k r^alpha_k, one warp for all queries or one for each.
 
     Attributes:
-        logits: `(k,)`; w = softmax(logits), a partition of unity.
-        exponents: `(k,)`; alpha = 1/2 + softplus(exponents), bounded from below by 1/2.
+        logits: `(k,)` or `(k, batch)`; w = softmax(logits), a partition of unity.
+        exponents: of the same shape; alpha = 1/2 + softplus(exponents), bounded from below by 1/2.
     """
 
     logits: jax.Array
@@ -30,13 +30,19 @@ def init(exponents: tuple[float, ...]) -> RadialWarp:
     return RadialWarp(jnp.zeros(len(exponents)), jnp.log(jnp.expm1(above)))
 
 
+def from_rows(rows: jax.Array) -> RadialWarp:
+    """A warp for each query, of `(2 k, batch)`: logits, then exponents, each a difference from the identity's."""
+    logits, exponents = jnp.split(rows, 2)
+    return RadialWarp(logits, exponents + jnp.log(jnp.expm1(1.0 - LEAST_EXPONENT)))
+
+
 def shares_and_exponents(params: RadialWarp) -> tuple[jax.Array, jax.Array]:
-    """w_k and alpha_k of Eq. 7, each `(k,)`."""
-    return jax.nn.softmax(params.logits), LEAST_EXPONENT + jax.nn.softplus(params.exponents)
+    """w_k and alpha_k of Eq. 7, of the record's shape."""
+    return jax.nn.softmax(params.logits, axis=0), LEAST_EXPONENT + jax.nn.softplus(params.exponents)
 
 
 def apply(params: RadialWarp, r: jax.Array) -> jax.Array:
     """r' in [0, 1] for r in [0, 1], `(batch,)`; the disk's centre and rim stay where they are."""
-    shares, exponents = shares_and_exponents(params)
+    shares, exponents = (part.reshape(part.shape[0], -1) for part in shares_and_exponents(params))
     log_r = jnp.log(jnp.maximum(r, tiny(r)))
-    return jnp.sum(shares[:, None] * jnp.exp(exponents[:, None] * log_r[None]), axis=0)
+    return jnp.sum(shares * jnp.exp(exponents * log_r[None]), axis=0)

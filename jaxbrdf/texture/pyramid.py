@@ -7,7 +7,7 @@ run of memory, a lookup over several levels is one gather, and OpenCL reads the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 import jax
 import jax.numpy as jnp
@@ -61,6 +61,23 @@ class Layout:
     def texels(self) -> int:
         """Number of texels of all levels."""
         return sum(rows * columns for rows, columns in self.sizes)
+
+
+class Pyramid(NamedTuple):
+    """A texture that knows its layout: as a parameter of a model, of which only the texels are trained.
+
+    Attributes:
+        layout: to JAX not an array.
+        texels: `(texels, channels)`.
+    """
+
+    layout: Layout
+    texels: jax.Array
+
+
+def is_pyramid(node: object) -> bool:
+    """Whether a node of a tree of parameters is a spatial texture with its layout."""
+    return isinstance(node, Pyramid)
 
 
 def level(layout: Layout, texels: jax.Array, number: int) -> jax.Array:

@@ -49,7 +49,7 @@ def compiled(config: LoopConfig, devices: int = 2, loss=square) -> Advance:
 
 
 def run(advance: Advance, counts: tuple[int, ...] = (STEPS,)) -> tuple[FitState, float]:
-    state, placed, loss = advance.place_state(first_state()), advance.place_pool(pool()), jnp.zeros(())
+    state, placed, loss = advance.place_state(first_state()), advance.place_data(pool()), jnp.zeros(())
     for count in counts:
         state, loss = advance.run(state, placed, jnp.int32(count), jnp.int32(sum(counts)))
     return state, float(loss)

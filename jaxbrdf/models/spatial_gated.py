@@ -1,0 +1,125 @@
+"""The gated multi-scale model of Timonen et al. (section 3) over a surface and all its scales.
+
+    ln f = MLP(z_h, z_d),   z_h = T(H, warp_h(wh)) z,   z_d = T(D, warp_d(wd)) z,   z = T(S, uv, J)
+
+H and D hold matrices that the latent z multiplies (Eq. 6), the warps are decoded from z (Eq. 7), and wh, wd are those
+of directions seen in one learned frame. The azimuth of wd wraps at pi: reciprocal by construction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from jaxbrdf.models import half_difference, mlp, spatial, warp
+from jaxbrdf.models.half_difference import HalfDifferencePolar, TextureSizes, init_textures
+from jaxbrdf.models.shading_frame import NUMBERS, frame_of, seen_above
+from jaxbrdf.models.spatial import LatentTexture, SpatialCoordinates
+from jaxbrdf.texture import angular
+from jaxbrdf.texture.pyramid import Pyramid
+from jaxbrdf.types import Model, Query
+
+PAPER_MATRICES = TextureSizes(isotropic=False, channels=5)
+
+
+@dataclass(frozen=True)
+class SpatialGatedConfig:
+    """Sizes; the defaults are the paper's (Timonen et al., table 5, as deduced in docs/architecture.md).
+
+    Attributes:
+        latents: of S.
+        textures: of H and D; `channels` are those of z_h and of z_d.
+        hidden: widths of the hidden layers.
+        gating: whether H and D hold matrices; otherwise z stands beside z_h and z_d as the decoder's input.
+        frame: whether directions are seen in a learned frame.
+        warp_terms: of each warp; zero for none.
+    """
+
+    latents: LatentTexture = spatial.PAPER_LATENTS
+    textures: TextureSizes = PAPER_MATRICES
+    hidden: tuple[int, ...] = (12, 12)
+    gating: bool = True
+    frame: bool = True
+    warp_terms: int = 2
+
+
+class LatentWarps(NamedTuple):
+    """The linear layer from latents to both warps: weights `(channels, 4 k)` and biases `(4 k,)`."""
+
+    weights: jax.Array
+    biases: jax.Array
+
+
+class SpatialGatedParams(NamedTuple):
+    """Latents, angular textures `(numbers, n_r, n_phi)`, and what is decoded from latents; None where it is not there.
+
+    Attributes:
+        s: the pyramid of latents.
+        h, d: of matrices `(D_h, D_s)` and `(D_d, D_s)`, row by row, or of vectors without gating.
+        frame: `(channels, 6)`, without bias.
+        warps: of H and D.
+        mlp: the decoder.
+    """
+
+    s: Pyramid
+    h: jax.Array
+    d: jax.Array
+    frame: jax.Array | None
+    warps: LatentWarps | None
+    mlp: mlp.Mlp
+
+
+def spatial_gated(config: SpatialGatedConfig) -> Model:
+    """The gated model at the sizes of `config`."""
+    latent, own = config.latents.channels, config.textures.channels
+
+    def init(key: jax.Array) -> SpatialGatedParams:
+        key_latents, key_textures, key_mlp = jax.random.split(key, 3)
+        numbers = own * latent if config.gating else own
+        h, d = init_textures(key_textures, config.textures, channels=numbers)
+        inputs = 2 * own + (0 if config.gating else latent)
+        return SpatialGatedParams(
+            spatial.init_latents(key_latents, config.latents),
+            h,
+            d,
+            jnp.zeros((latent, NUMBERS)) if config.frame else None,
+            _init_warps(latent, config.warp_terms),
+            mlp.init(key_mlp, (inputs, *config.hidden, 3)),
+        )
+
+    def decode(params: SpatialGatedParams, coordinates: SpatialCoordinates) -> jax.Array:
+        z = spatial.latents_at(params.s, coordinates, probes=config.latents.probes)
+        at = _polar(params, z, coordinates)
+        z_h = angular.fetch(angular.close_centre(params.h), at.h)
+        z_d = angular.fetch(angular.close_centre(params.d), at.d)
+        features = [_gated(z_h, z), _gated(z_d, z)] if config.gating else [z_h, z_d, z]
+        return mlp.apply(params.mlp, jnp.concatenate(features))
+
+    return spatial.spatial_model(init, decode)
+
+
+def _init_warps(channels: int, terms: int) -> LatentWarps | None:
+    return LatentWarps(jnp.zeros((channels, 4 * terms)), jnp.zeros(4 * terms)) if terms else None
+
+
+def _polar(params: SpatialGatedParams, z: jax.Array, coordinates: SpatialCoordinates) -> HalfDifferencePolar:
+    """Where H and D are read."""
+    wi, wo = coordinates.wi, coordinates.wo
+    if params.frame is not None:
+        frame = frame_of(params.frame.T @ z)
+        wi, wo = seen_above(frame, wi), seen_above(frame, wo)
+    at = half_difference.encode(isotropic=False)(Query(wi.T, wo.T))
+    if params.warps is None:
+        return at
+    rows = params.warps.weights.T @ z + params.warps.biases[:, None]
+    of_h, of_d = (warp.from_rows(part) for part in jnp.split(rows, 2))
+    return HalfDifferencePolar(at.h._replace(r=warp.apply(of_h, at.h.r)), at.d._replace(r=warp.apply(of_d, at.d.r)))
+
+
+def _gated(matrices: jax.Array, z: jax.Array) -> jax.Array:
+    """Products of matrices `(n channels, batch)`, row by row, with z `(channels, batch)`, `(n, batch)` (Eq. 6)."""
+    rows = matrices.reshape(-1, z.shape[0], z.shape[1])
+    return jnp.sum(rows * z[None], axis=1)
