@@ -55,7 +55,7 @@ def measure(reference: Reference, model: str, pairs: list) -> dict[str, Any]:
     problem, trained = fit(reference, model)
     start = partial(ANALYTIC[model].start, config=problem.config)
     starts = jax.vmap(start)(jax.random.split(jax.random.key(1), RESTARTS))
-    restarted = solve(residuals_of(model, problem.config), starts, problem_data(problem), RESTART_STEPS)
+    restarted = solve(residuals_of(model, problem.config), starts, problem_data(problem), steps=RESTART_STEPS)
     evaluate = _evaluate(model, problem.config)
     errors = compare_at(pairs, {"": partial(evaluate, trained.params)})[""]
     least = min(trained.findings["start_costs"])

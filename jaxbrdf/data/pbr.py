@@ -175,3 +175,25 @@ def _of_size(one: _Map, size: tuple[int, int], base: Path, *, resample: bool) ->
         )
     told = f"{one.path.name}: resampled from {height} x {width} to {size[0]} x {size[1]}"
     return _Map(resampled(one.values, size), (*one.told, told), one.path)
+
+
+def resized(textures: PbrTextures, size: int) -> PbrTextures:
+    """The textures with `size` texels along their longer side, means over what each new texel covers.
+
+    Raises:
+        ValueError: if `size` is not positive.
+    """
+    if size < 1:
+        raise ValueError(f"size is {size}; it must be positive")
+    height, width = textures.metallic.shape
+    shape = (max(1, round(height * size / max(height, width))), max(1, round(width * size / max(height, width))))
+    if shape == (height, width):
+        return textures
+    grey = (
+        resampled(textures.roughness[..., None], shape)[..., 0],
+        resampled(textures.metallic[..., None], shape)[..., 0],
+    )
+    normal = resampled(textures.normal, shape)
+    length = np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), np.finfo(np.float32).tiny)
+    told = f"resampled from {height} x {width} to {shape[0]} x {shape[1]} texels"
+    return PbrTextures(resampled(textures.base_color, shape), *grey, normal / length, (*textures.told, told))

@@ -50,8 +50,10 @@ class LeastSquares(NamedTuple):
     steps: jax.Array
 
 
-@partial(jax.jit, static_argnums=(0, 3))
-def solve(residuals: Callable[[Params, Any], jax.Array], starts: Params, data: Any, steps: int = STEPS) -> LeastSquares:
+@partial(jax.jit, static_argnums=0, static_argnames="steps")
+def solve(
+    residuals: Callable[[Params, Any], jax.Array], starts: Params, data: Any, *, steps: int = STEPS
+) -> LeastSquares:
     """Parameters whose `residuals(params, data)`, `(m,)`, have the least sum of squares.
 
     Args:

@@ -64,6 +64,19 @@ def mixture(log_f: jax.Array, batch: Batch, scale: Scale, *, share: float = 0.99
     return share * square / size + (1.0 - share) * square
 
 
+def tempered(log_f: jax.Array, batch: Batch, scale: Scale, *, floor: float = 0.3) -> jax.Array:
+    """Squared error over the prediction and over the prediction or the material's mean, `(3, batch)`.
+
+    |f - p|^2 / ((SG(p) + SMAPE_OFFSET) (SG(p) + floor E f)): relative where the material is bright, and the error of a
+    square root where it is dark, about as sRGB shows it. Like `mixture` it is least where p is the mean of noisy f,
+    which relative or logarithmic errors of f itself are not (Lehtinen et al. 2018).
+    """
+    p = _exp(log_f)
+    held = jax.lax.stop_gradient(p)
+    square = (batch.target - p) ** 2
+    return batch.importance[None] * square / ((held + SMAPE_OFFSET) * (held + floor * scale.mean))
+
+
 def log_domain(log_f: jax.Array, batch: Batch, scale: Scale, *, offset: float = SMAPE_OFFSET) -> jax.Array:
     """|ln(p + offset) - ln(f + offset)|, `(3, batch)`: relative error, blind below the offset."""
     del scale

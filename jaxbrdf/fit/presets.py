@@ -9,6 +9,7 @@ from jaxbrdf.fit import losses, optimiser
 from jaxbrdf.fit.loop import LoopConfig, Schedule
 from jaxbrdf.fit.losses import Loss
 from jaxbrdf.fit.optimiser import OptimiserConfig
+from jaxbrdf.surface.draws import SurfaceDraws
 
 
 @dataclass(frozen=True)
@@ -77,4 +78,41 @@ PRESETS: dict[str, Callable[[], Preset]] = {
     "quick": lambda: _own("quick", 8_000, 2**21, (16, 16)),
     "standard": lambda: _own("standard", 30_000, 2**22, (24, 24)),
     "paper": _paper,
+}
+
+
+@dataclass(frozen=True)
+class SurfacePreset:
+    """A recipe for spatially varying models.
+
+    Attributes:
+        training: as of other fits; its pools are not used.
+        draws: how each step's queries are drawn.
+        guided: whether latents start from the texture maps (`jaxbrdf.models.guided`) or from noise.
+    """
+
+    training: Preset
+    draws: SurfaceDraws
+    guided: bool
+
+
+def _own_surface(name: str, steps: int) -> SurfacePreset:
+    """Small steps from guided latents: what converges in minutes."""
+    rates = OptimiserConfig(1e-2, 1e-2, beta1=0.9, smoothing=0.0, spatial_rate=1e-2, spatial_smoothing=0.0)
+    loop = LoopConfig(batch=2**13, microbatch=2**12)
+    training = Preset(name, steps, loop, rates, losses.tempered, optimiser.cosine)
+    return SurfacePreset(training, SurfaceDraws(samples=8, crowding=2.0), guided=True)
+
+
+def _paper_surface() -> SurfacePreset:
+    """Timonen et al., sections 4.2 to 4.5, for spatially varying materials."""
+    loop = LoopConfig(batch=2**16, microbatch=2**12, ema=0.005)
+    training = Preset("paper", 500_000, loop, OptimiserConfig(), losses.mixture, optimiser.staircase)
+    return SurfacePreset(training, SurfaceDraws(samples=256, scattered=False), guided=False)
+
+
+SURFACE_PRESETS: dict[str, Callable[[], SurfacePreset]] = {
+    "quick": lambda: _own_surface("quick", 12_000),
+    "standard": lambda: _own_surface("standard", 60_000),
+    "paper": _paper_surface,
 }

@@ -21,6 +21,7 @@ from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.recipe import Recipe, preset_of
 from jaxbrdf.jobs.reference import Reference
 from jaxbrdf.jobs.solving import Problem, solve_for
+from jaxbrdf.jobs.supply import pools_of
 from jaxbrdf.jobs.training import Task, Trained
 from jaxbrdf.models.table import MODELS, first_params
 
@@ -58,7 +59,7 @@ def task_of(candidate: Candidate, reference: Reference, recipe: Recipe, checkpoi
     record = {"input": reference.identity, "model": repr(sizes), "preset": recipe.preset}
     return Task(
         model=MODELS[candidate.model].build(sizes),
-        truth=reference.evaluate,
+        supplier=pools_of(reference.evaluate),
         preset=preset_of(recipe),
         seed=recipe.seed,
         checkpoint=checkpoint,

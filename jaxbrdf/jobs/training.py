@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -16,24 +16,21 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxbrdf.errors import DataError, FitError
-from jaxbrdf.fit import checkpoint, loop, losses, pool
+from jaxbrdf.fit import checkpoint, loop, losses
 from jaxbrdf.fit.batch import Batch
 from jaxbrdf.fit.optimiser import adam
 from jaxbrdf.fit.presets import Preset
 from jaxbrdf.jobs.progress import Reporter
-from jaxbrdf.sampling.hemisphere import square_to_cosine
-from jaxbrdf.sampling.pairs import draw_weighted
-from jaxbrdf.types import Model, Params, Query
+from jaxbrdf.jobs.supply import Supplier, Supply, Wanted, key_of
+from jaxbrdf.models.mlp import Mlp
+from jaxbrdf.types import Model, Params
 
 STRIDE = 200
 STRIDE_QUERIES = 2**22
 """The most steps, and the most queries, between looks at the clock, the loss and the keyboard: about a second."""
 
 SECONDS_BETWEEN_CHECKPOINTS = 10.0
-HELD_OUT = 2**14
 TRIAL_STEPS = 100
-DRAWING_SHARE = 1 / 3
-"""The most of a budget that drawing the first pool may take."""
 
 DIVERGED = 1.95
 """Held-out SMAPE of a fit that is lost to huge values: 2 is the most there is; a dark material may begin at 1.5."""
@@ -45,19 +42,21 @@ class Task:
 
     Attributes:
         model: the learned reflectance.
-        truth: `query -> f`, compiled.
+        supplier: of queries and targets.
         preset: the recipe.
         seed: of parameters and draws.
         checkpoint: the file of the running state.
         record: what the checkpoint says that it belongs to.
+        init: `key -> params` to start from; by default the model's own.
     """
 
     model: Model
-    truth: Callable[[Query], jax.Array]
+    supplier: Supplier
     preset: Preset
     seed: int
     checkpoint: Path
     record: dict[str, Any]
+    init: Callable[[jax.Array], Params] | None = None
 
 
 class Trained(NamedTuple):
@@ -80,16 +79,11 @@ class _Prepared(NamedTuple):
     """Everything that training needs besides its state."""
 
     advance: loop.Advance
-    pool: Batch
+    supply: Supply
+    data: Any
     held_out: Batch
     error: Callable[[Params, Batch], jax.Array]
     seconds: dict[str, float]
-
-
-def cosine_draws(key: jax.Array, count: int) -> tuple[Query, jax.Array]:
-    """Cosine-distributed pairs, the paper's draws, each of importance one."""
-    u = jax.random.uniform(key, (2, count, 2))
-    return Query(square_to_cosine(u[0]), square_to_cosine(u[1])), jnp.ones(count)
 
 
 def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Reporter) -> Trained:
@@ -100,11 +94,8 @@ def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Repo
         DataError: if the checkpoint cannot be read or written.
     """
     record = _resumable(task) if resume else None
-    if record is not None:
-        task = _with_pool(task, record["pool"])
-    elif budget_seconds is not None:
-        task = _with_pool(task, _affordable_pool(task, budget_seconds))
-    prepared, state = _prepare(task, reporter)
+    pool = None if record is None else record["pool"]
+    prepared, state = _prepare(task, Wanted(task.model, task.preset, task.seed, pool, budget_seconds), reporter)
     if record is not None:
         state = prepared.advance.place_state(checkpoint.load(task.checkpoint, like=jax.tree.map(np.asarray, state)))
         steps, spent = record["steps"], record["seconds"]
@@ -130,32 +121,24 @@ def _resumable(task: Task) -> dict[str, Any]:
     return record
 
 
-def _with_pool(task: Task, count: int) -> Task:
-    return replace(task, preset=replace(task.preset, pool=count))
-
-
-def _affordable_pool(task: Task, budget_seconds: float) -> int:
-    """Queries of the preset's pool, or fewer where drawing them would eat the budget: at least a batch."""
-    least = max(pool.CHUNK, task.preset.loop.batch)
-    draw = partial(pool.draw_pool, _key(task, "pool"), least, _draws(task.preset), task.truth, task.model.encode)
-    draw()
-    clock = time.perf_counter()
-    draw()
-    affordable = DRAWING_SHARE * budget_seconds / (time.perf_counter() - clock)
-    return min(task.preset.pool, least * max(1, int(affordable)))
-
-
-def _prepare(task: Task, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
+def _prepare(task: Task, wanted: Wanted, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
     """Draws, compiles and times; the state is that before the first step."""
-    reporter.say(f"drawing {task.preset.pool:,} training queries")
+    supply = task.supplier(wanted)
+    reporter.say(supply.told)
     clock = time.perf_counter()
-    drawn = _draw(task, 0)
+    data = supply.load(0)
     seconds = {"draw": time.perf_counter() - clock}
-    scale = losses.scale_of(drawn)
+    typical = supply.typical(data)
+    scale = losses.scale_of(typical)
     advance = loop.compile_advance(
-        partial(_loss, task, scale), adam(task.preset.optimiser), task.preset.schedule, task.preset.loop, jax.devices()
+        partial(_loss, task, scale),
+        adam(task.preset.optimiser),
+        task.preset.schedule,
+        task.preset.loop,
+        jax.devices(),
+        feed=supply.feed,
     )
-    placed, state = advance.place_data(drawn), _first_state(task, drawn)
+    placed, state = advance.place_data(data), _first_state(task, typical)
     clock = time.perf_counter()
     jax.block_until_ready(advance.run(advance.place_state(state), placed, jnp.int32(1), jnp.int32(1)))
     seconds["compile"] = time.perf_counter() - clock
@@ -164,32 +147,24 @@ def _prepare(task: Task, reporter: Reporter) -> tuple[_Prepared, loop.FitState]:
     count = min(TRIAL_STEPS, _stride(task.preset))
     jax.block_until_ready(advance.run(trial, placed, jnp.int32(count), jnp.int32(count)))
     seconds["step"] = (time.perf_counter() - clock) / count
-    held_out = pool.draw_pool(_key(task, "held out"), HELD_OUT, draw_weighted, task.truth, task.model.encode)
-    return _Prepared(advance, placed, held_out, jax.jit(partial(_smape, task)), seconds), advance.place_state(state)
+    error = jax.jit(partial(_smape, task))
+    return _Prepared(advance, supply, placed, supply.held_out(), error, seconds), advance.place_state(state)
 
 
-def _key(task: Task, purpose: str) -> jax.Array:
-    return jax.random.fold_in(jax.random.key(task.seed), ("params", "held out", "pool").index(purpose))
-
-
-def _draw(task: Task, index: int) -> Batch:
-    key = jax.random.fold_in(_key(task, "pool"), index)
-    return pool.draw_pool(key, task.preset.pool, _draws(task.preset), task.truth, task.model.encode)
-
-
-def _draws(preset: Preset) -> pool.DrawWeighted:
-    return draw_weighted if preset.highlights else cosine_draws
-
-
-def _first_state(task: Task, drawn: Batch) -> loop.FitState:
+def _first_state(task: Task, typical: Batch) -> loop.FitState:
     """Initial parameters whose constant part is the material's typical value, so that training starts in range."""
-    params = task.model.init(_key(task, "params"))
+    params = (task.init or task.model.init)(key_of(task.seed, "params"))
     # by numpy, which selects where XLA sorts: for two million queries that is seconds
-    typical = jnp.log(jnp.asarray(np.median(drawn.target, axis=1)) + losses.SMAPE_OFFSET)
-    decoder = params.mlp if hasattr(params, "mlp") else params
-    decoder = decoder._replace(biases=(*decoder.biases[:-1], typical))
-    params = params._replace(mlp=decoder) if hasattr(params, "mlp") else decoder
+    median = jnp.log(jnp.asarray(np.median(typical.target, axis=1)) + losses.SMAPE_OFFSET)
+    if isinstance(params, Mlp):
+        params = _with_offset(params, median)
+    elif hasattr(params, "mlp"):
+        params = params._replace(mlp=_with_offset(params.mlp, median))
     return loop.start(params, adam(task.preset.optimiser))
+
+
+def _with_offset(decoder: Mlp, offset: jax.Array) -> Mlp:
+    return decoder._replace(biases=(*decoder.biases[:-1], offset))
 
 
 def _loss(task: Task, scale: losses.Scale, params: Params, batch: Batch) -> jax.Array:
@@ -231,7 +206,7 @@ def _run(
 
     def save(state: loop.FitState) -> float:
         elapsed = spent + time.perf_counter() - clock
-        record = {**task.record, "steps": steps, "pool": task.preset.pool, "seconds": elapsed}
+        record = {**task.record, "steps": steps, "pool": prepared.supply.pool, "seconds": elapsed}
         checkpoint.save(task.checkpoint, state, record)
         return time.perf_counter()
 
@@ -268,11 +243,11 @@ def _strides(
     task: Task, prepared: _Prepared, state: loop.FitState, steps: int
 ) -> Iterator[tuple[loop.FitState, float]]:
     """States and losses stride by stride, drawing further pools where the preset asks for them."""
-    done, held, placed = int(state.step), 0, prepared.pool
+    done, held, placed = int(state.step), 0, prepared.data
     while done < steps:
-        index, until = _pool_of(task.preset, done)
-        if index != held:
-            held, placed = index, prepared.advance.place_data(_draw(task, index))
+        number, until = prepared.supply.reads(done)
+        if number != held:
+            held, placed = number, prepared.advance.place_data(prepared.supply.load(number))
         count = min(_stride(task.preset), steps - done, until - done)
         state, loss = prepared.advance.run(state, placed, jnp.int32(count), jnp.int32(steps))
         done += count
@@ -281,11 +256,3 @@ def _strides(
 
 def _stride(preset: Preset) -> int:
     return max(1, min(STRIDE, STRIDE_QUERIES // preset.loop.batch))
-
-
-def _pool_of(preset: Preset, step: int) -> tuple[int, int]:
-    """Which pool a step reads, and the first step of the next."""
-    if not preset.passes:
-        return 0, step + STRIDE
-    lasts = preset.passes * preset.pool // preset.loop.batch
-    return step // lasts, (step // lasts + 1) * lasts

@@ -28,27 +28,30 @@ SPREAD = 0.2
 """Deviation of z, of the footprint's length about what the view's slant makes it."""
 
 
-def draw_places(key: jax.Array, wo: jax.Array, *, texels: int) -> tuple[jax.Array, jax.Array]:
+def draw_places(
+    key: jax.Array, wo: jax.Array, *, texels: int, crowding: float = CROWDING
+) -> tuple[jax.Array, jax.Array]:
     """uv `(..., 2)` uniform in the unit square and a footprint `(..., 2, 2)` for every viewer `(..., 3)`.
 
     Args:
         key: chooses them.
         wo: viewers.
         texels: along the texture's longer side.
+        crowding: positive; see `CROWDING`, the paper's.
     """
     key_uv, key_scale, key_turn, key_length = jax.random.split(key, 4)
     batch = wo.shape[:-1]
     uv = jax.random.uniform(key_uv, (*batch, 2), wo.dtype)
-    e = footprint_scale(jax.random.uniform(key_scale, batch, wo.dtype), texels=texels)
+    e = footprint_scale(jax.random.uniform(key_scale, batch, wo.dtype), texels=texels, crowding=crowding)
     phi = 2.0 * jnp.pi * jax.random.uniform(key_turn, batch, wo.dtype)
     length = (1.0 + SPREAD * jax.random.normal(key_length, batch, wo.dtype)) / cos_theta(lift(wo))
     return uv, turned_footprint(e * length, e, phi)
 
 
-def footprint_scale(t: jax.Array, *, texels: int) -> jax.Array:
+def footprint_scale(t: jax.Array, *, texels: int, crowding: float = CROWDING) -> jax.Array:
     """e of t in [0, 1): from `FINEST_TEXELS` of that many to 2^`COARSEST`."""
     finest = jnp.log2(FINEST_TEXELS / texels)
-    return jnp.exp2(finest + (COARSEST - finest) * jnp.expm1(CROWDING * t) / jnp.expm1(CROWDING))
+    return jnp.exp2(finest + (COARSEST - finest) * jnp.expm1(crowding * t) / jnp.expm1(crowding))
 
 
 def turned_footprint(along: jax.Array, across: jax.Array, phi: jax.Array) -> jax.Array:

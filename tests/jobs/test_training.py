@@ -20,6 +20,7 @@ from jaxbrdf.errors import DataError, FitError, JaxbrdfError
 from jaxbrdf.fit import checkpoint, pool
 from jaxbrdf.fit.presets import Preset
 from jaxbrdf.jobs import training
+from jaxbrdf.jobs.supply import pools_of
 from jaxbrdf.jobs.training import Task, Trained, train
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
 from jaxbrdf.sampling.hemisphere import square_to_cosine
@@ -51,7 +52,7 @@ GLOSSY = jax.jit(glossy)
 
 def task(folder: Path, preset: Preset = TINY, seed: int = 3) -> Task:
     record = {"input": "glossy", "seed": seed, "devices": len(jax.devices())}
-    return Task(MODEL, GLOSSY, preset, seed, folder / "fit.checkpoint", record)
+    return Task(MODEL, pools_of(GLOSSY), preset, seed, folder / "fit.checkpoint", record)
 
 
 def smape(evaluate: Callable[[Query], jax.Array]) -> float:
