@@ -1,14 +1,14 @@
 """A mip map of GGX parameters, each level of which is fitted by itself: what microfacets alone make of all scales.
 
-As Timonen et al. run it (section 5.2, baseline 4), after Gauthier et al. (2022) and Kemppinen et al. (2023). Twelve numbers of a
-texel, T(S, uv, J), become after filtering
+As Timonen et al. run it (section 5.2, baseline 4), after Gauthier et al. (2022) and Kemppinen et al. (2023). The twelve
+numbers T(S, uv, J) become, after filtering,
 
     three   specular colour, sigmoid          three   diffuse colour, sigmoid
     three   normal                            three   roughness matrix (a, b, c)
 
-and f is that of a Lambert body and a GGX lobe of Schlick's reflectance, masking and shadowing correlated by height, about
-that normal. As the targets of reciprocal models are, it is the reciprocal part of normal mapping
-(`jaxbrdf.brdf.normal_mapped`). Zeros are a plain surface, so that is where it starts.
+and f is that of a Lambert body and a GGX lobe of Schlick's reflectance about that normal, masking and shadowing
+correlated by height. Like the targets of reciprocal models it is the reciprocal part of normal mapping
+(`jaxbrdf.brdf.normal_mapped`). Zeros are a plain dielectric, and that is where it starts.
 """
 
 from __future__ import annotations
@@ -35,13 +35,16 @@ from jaxbrdf.types import Brdf, Model, Query
 CHANNELS = 12
 
 LEAST_VALUE = 1e-12
-"""Of f [1/sr], added before the logarithm: a millionth of the loss's own floor of 1e-6 (Timonen et al., section 4.4)."""
+"""Of f [1/sr], added before the logarithm: a millionth of the loss's own 1e-6 (Timonen et al., section 4.4)."""
 
 FIRST_SPECULAR, FIRST_ROUGHNESS = -3.2, -1.1
 """Logits of 0.04, a dielectric's, and of 0.25."""
 
 FIRST_HEIGHT = float(np.log(np.expm1(1.0)))
 """Of which softplus is one."""
+
+
+PAPER_CHANNELS = LatentTexture(channels=CHANNELS)
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ class GgxMipConfig:
         ValueError: if they are not twelve.
     """
 
-    latents: LatentTexture = LatentTexture(channels=CHANNELS)
+    latents: LatentTexture = PAPER_CHANNELS
 
     def __post_init__(self) -> None:
         if self.latents.channels != CHANNELS:

@@ -3,8 +3,8 @@
     ln f = MLP(z, wi_xy, wo_xy),   z = T(S, uv + h (wo_x, -wo_y) / max(wo_z, 1/16), J),   h = MLP_o(T(S_o, uv), wo_xy)
 
 The offset module finds the height h, in units of uv, at which a ray to the viewer leaves a relief, by the latent of a
-texture of one level; what is seen at height h is displaced along the ray. y is up the picture, against v. Directions are
-projected to the disk. As Timonen et al. run it (section 5.2, baseline 1). Not reciprocal.
+texture of one level; what is seen at height h is displaced along the ray. y is up the picture, against v. The decoder
+sees directions projected to the disk. As Timonen et al. run it (section 5.2, baseline 1). Not reciprocal.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     ln f = MLP(z_h, z_d, z),   z_h = T(H, wh),   z_d = T(D, wd),   z = T(S, uv, J)
 
-After Xu et al. (2024) as Timonen et al. run it (section 5.2, baseline 3; Eq. 5): directions are seen in the surface's own
-frame and textures are not warped. The azimuth of wd wraps at pi: reciprocal by construction.
+After Xu et al. (2024) as Timonen et al. run it (Eq. 5; section 5.2, baseline 3): directions are seen in the surface's
+own frame and textures are not warped. The azimuth of wd wraps at pi: reciprocal by construction.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     ln f = MLP(T_1 wi, T_1 wo, ..., T_N wi, T_N wo, z),   z = T(S, uv, J)
 
-The frames are decoded from z by one linear layer (section 4.2). A direction may lie below the horizon of a frame, and the
-network is told so. As Timonen et al. run it (section 5.2, baseline 2): latents are trained directly, without an encoder,
-and the network's output is the logarithm. Not reciprocal.
+The frames are decoded from z by one linear layer (section 4.2). A direction may lie below the horizon of a frame, and
+the network sees that. As Timonen et al. run it (section 5.2, baseline 2): latents are trained directly, without an
+encoder, and the network gives the logarithm. Not reciprocal.
 """
 
 from __future__ import annotations

@@ -19,6 +19,9 @@ from jaxbrdf.models.table import SPATIAL
 from jaxbrdf.models.zeltner import ZeltnerConfig
 from jaxbrdf.types import Model, Params, Query
 
+COUNT = 512
+"""Of queries: each evaluation is compiled for one size."""
+
 LATENTS = LatentTexture(8, 8, channels=4, probes=4)
 TEXTURES = TextureSizes(isotropic=False, h_radii=5, h_azimuths=6, d_radii=4, d_azimuths=6, channels=3)
 
@@ -44,7 +47,7 @@ def random_params(seed: int, model: Model, *, deviation: float = 0.5) -> Params:
     return jax.tree.map(lambda leaf: jnp.asarray(deviation * rng.normal(size=leaf.shape), jnp.float32), shapes)
 
 
-def queries(seed: int, count: int, *, footprint: bool = True) -> Query:
+def queries(seed: int, count: int) -> Query:
     """Directions over the hemisphere, places over several periods, and footprints of all sizes and shapes."""
     rng = np.random.default_rng(seed)
     w = rng.normal(size=(2, count, 3))
@@ -52,8 +55,7 @@ def queries(seed: int, count: int, *, footprint: bool = True) -> Query:
     w /= np.linalg.norm(w, axis=-1, keepdims=True)
     size = 10.0 ** rng.uniform(-3, 0, (count, 1, 1))
     numbers = (*w, rng.uniform(-2, 2, (count, 2)), size * rng.normal(size=(count, 2, 2)))
-    query = Query(*(jnp.asarray(x, jnp.float32) for x in numbers))
-    return query if footprint else query._replace(footprint=None)
+    return Query(*(jnp.asarray(x, jnp.float32) for x in numbers))
 
 
 def swapped(query: Query) -> Query:

@@ -41,7 +41,7 @@ def constant(specular: np.ndarray, diffuse: np.ndarray, a: float, b: float, c: f
 
 
 def steep(query: Query) -> Query:
-    """Pairs away from the horizons of surface and normal, where facets of alpha 0.01 mask each other by 1e-7 at most."""
+    """Pairs away from both horizons: there the two kinds of masking of facets of alpha 0.01 differ by 1e-7 at most."""
     w = np.asarray([query.wi, query.wo])
     kept = np.flatnonzero(((w[..., 2] > 0.3) & (w @ NORMAL > 0.3)).all(axis=0))
     return jax.tree.map(lambda part: part[kept], query)

@@ -1,4 +1,4 @@
-"""What holds for every model over a surface: sizes, reciprocity, finite values and gradients, and what is left out."""
+"""What holds for every model over a surface: sizes, reciprocity, and what is left out."""
 
 from __future__ import annotations
 
@@ -10,26 +10,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxbrdf.checks.hard import hard_queries
 from jaxbrdf.models.spatial import encode
 from jaxbrdf.models.spatial_gated import SpatialGatedParams, spatial_gated
 from jaxbrdf.models.spatial_tripleplane import SpatialTripleplaneParams
 from jaxbrdf.models.table import MODELS, SPATIAL
 from jaxbrdf.models.zeltner import ZeltnerConfig, zeltner
 from jaxbrdf.types import Model, Query
-from tests.models.surfaces import LATENTS, SMALL, TEXTURES, queries, random_params, small, swapped
+from tests.models.surfaces import COUNT, LATENTS, SMALL, TEXTURES, queries, random_params, small, swapped
 
 RECIPROCAL = [name for name, entry in SPATIAL.items() if entry.is_reciprocal]
 TEXELS = sum(4**n for n in range(11))
-
-FOOTPRINTS = {
-    "none": None,
-    "zero": np.zeros((2, 2)),
-    "singular": np.array([[0.1, 0.2], [0.05, 0.1]]),
-    "huge": np.full((2, 2), 1e30),
-    "infinite": np.array([[np.inf, 0.0], [0.0, 0.1]]),
-    "tiny": np.array([[1e-30, 0.0], [0.0, 1e-38]]),
-}
 
 
 @pytest.mark.parametrize(
@@ -66,16 +56,22 @@ def evaluation(name: str):
     return jax.jit(small(name).eval)
 
 
-@pytest.mark.parametrize("name", SPATIAL)
+@pytest.mark.parametrize("name", ["zeltner", "neumip"])
 def test_eval_is_decode_of_encode(name: str):
-    params, query = random_params(0, small(name)), queries(1, 6)
+    params, query = random_params(0, small(name)), queries(1, COUNT)
     coordinates = jax.jit(small(name).encode)(query)
-    assert [part.shape for part in coordinates if part is not None] == [(3, 6), (3, 6), (2, 6), (2, 2, 6)]
+    shapes = [part.shape for part in jax.tree.leaves(coordinates)]
+    assert shapes == [(3, COUNT), (3, COUNT), (2, COUNT), (2, 2, COUNT)]
     rows = jax.jit(small(name).decode)(params, coordinates)
-    assert rows.shape == (3, 6)
-    shaped = jax.tree.map(lambda part: part.reshape(2, 3, *part.shape[1:]), query)
-    found = evaluation(name)(params, shaped)
-    np.testing.assert_allclose(found.reshape(6, 3), np.exp(rows.T), rtol=1e-5)
+    assert rows.shape == (3, COUNT)
+    np.testing.assert_allclose(evaluation(name)(params, query), np.exp(rows.T), rtol=1e-5)
+
+
+def test_queries_may_have_any_shape():
+    params, query = random_params(0, small("zeltner")), queries(1, COUNT)
+    shaped = jax.tree.map(lambda part: part.reshape(2, COUNT // 2, *part.shape[1:]), query)
+    found = evaluation("zeltner")(params, shaped)
+    np.testing.assert_array_equal(found.reshape(COUNT, 3), evaluation("zeltner")(params, query))
 
 
 def test_a_query_without_a_place_is_refused():
@@ -85,82 +81,34 @@ def test_a_query_without_a_place_is_refused():
 
 @pytest.mark.parametrize("name", RECIPROCAL)
 def test_reciprocal_by_construction(name: str):
-    params, query = random_params(2, small(name)), queries(3, 512)
+    params, query = random_params(2, small(name)), queries(3, COUNT)
     f, back = evaluation(name)(params, query), evaluation(name)(params, swapped(query))
     np.testing.assert_allclose(back, f, rtol=2e-5)
 
 
 @pytest.mark.parametrize("name", sorted(set(SPATIAL) - set(RECIPROCAL)))
 def test_networks_over_both_directions_are_not_reciprocal(name: str):
-    params, query = random_params(2, small(name)), queries(3, 512)
+    params, query = random_params(2, small(name)), queries(3, COUNT)
     f, back = evaluation(name)(params, query), evaluation(name)(params, swapped(query))
     assert np.max(np.abs(back - f) / (back + f)) > 0.01
 
 
 @pytest.mark.parametrize("name", SPATIAL)
 def test_places_and_footprints_matter_and_whole_periods_do_not(name: str):
-    params, query = random_params(4, small(name)), queries(5, 512)
+    params, query = random_params(4, small(name)), queries(5, COUNT)
     f = evaluation(name)(params, query)
-    moved = evaluation(name)(params, query._replace(uv=query.uv + 0.3))
-    wider = evaluation(name)(params, query._replace(footprint=8.0 * query.footprint))
-    whole = evaluation(name)(params, query._replace(uv=query.uv + 2.0))
+    uv, footprint = map(jnp.asarray, (query.uv, query.footprint))
+    moved = evaluation(name)(params, query._replace(uv=uv + 0.3))
+    wider = evaluation(name)(params, query._replace(footprint=8.0 * footprint))
+    whole = evaluation(name)(params, query._replace(uv=uv + 2.0))
     assert min(np.mean(np.abs(np.log(other / f))) for other in (moved, wider)) > 0.01
     np.testing.assert_allclose(whole, f, rtol=1e-3)
 
 
-def hard(footprint: np.ndarray | None) -> Query:
-    """The hard directions, at hard places."""
-    directions = hard_queries()
-    count = len(directions.wi)
-    uv = np.resize([[0.0, 1.0], [0.5, 0.5], [-0.0, 1e6], [1e-30, -3.0], [0.49999997, 1 / 3]], (count, 2))
-    jacobian = None if footprint is None else jnp.broadcast_to(jnp.asarray(footprint, jnp.float32), (count, 2, 2))
-    return directions._replace(uv=jnp.asarray(uv, jnp.float32), footprint=jacobian)
-
-
 @cache
-def gradients(name: str):
-    def total(params, wi: jax.Array, wo: jax.Array, query: Query) -> tuple[jax.Array, jax.Array]:
-        f = small(name).eval(params, query._replace(wi=wi, wo=wo))
-        return jnp.sum(f), f
-
-    return jax.jit(jax.grad(total, argnums=(0, 1, 2), has_aux=True))
-
-
-@pytest.mark.parametrize("footprint", FOOTPRINTS)
-@pytest.mark.parametrize("name", SPATIAL)
-def test_values_and_gradients_hold_on_hard_queries(name: str, footprint: str):
-    query = hard(FOOTPRINTS[footprint])
-    for params in (small(name).init(jax.random.key(0)), random_params(6, small(name), deviation=2.0)):
-        slopes, f = gradients(name)(params, query.wi, query.wo, query)
-        assert np.isfinite(f).all()
-        assert (f >= 0).all()
-        lit = np.asarray((query.wi[:, 2] > 0) & (query.wo[:, 2] > 0))
-        assert not f[~lit].any()
-        assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(slopes))
-
-
-@pytest.mark.parametrize("name", SPATIAL)
-def test_gradients_by_parameters_are_slopes(name: str):
-    with jax.enable_x64(True):
-        model = small(name)
-        query = jax.tree.map(lambda part: jnp.asarray(part, jnp.float64), queries(7, 16))
-        params = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), random_params(8, model))
-        rng = np.random.default_rng(9)
-        direction = jax.tree.map(lambda leaf: jnp.asarray(rng.normal(size=leaf.shape)), params)
-
-        @jax.jit
-        def along(t: jax.Array) -> jax.Array:
-            moved = jax.tree.map(lambda p, d: p + t * d, params, direction)
-            return model.decode(moved, model.encode(query)).sum()
-
-        step = 1e-5
-        slope = (along(jnp.asarray(step)) - along(jnp.asarray(-step))) / (2 * step)
-        np.testing.assert_allclose(jax.jit(jax.grad(along))(jnp.asarray(0.0)), slope, rtol=1e-5)
-
-
-def price(model: Model, *, probes: bool = True) -> float:
-    """Floating-point operations of the compiled value for 1000 queries."""
-    query = queries(0, 1000, footprint=probes)
+def price(model: Model) -> float:
+    """Floating-point operations of the compiled value."""
+    query = queries(0, COUNT)
     params = jax.eval_shape(model.init, jax.random.key(0))
     return jax.jit(model.eval).lower(params, query).compile().cost_analysis()["flops"]
 
@@ -181,7 +129,7 @@ def test_what_is_switched_off_is_not_compiled(less):
 
 def test_first_frames_and_warps_are_those_of_a_model_without():
     plain = spatial_gated(replace(SMALL["gated"], frame=False, warp_terms=0))
-    params, query = small("gated").init(jax.random.key(3)), queries(10, 200)
+    params, query = small("gated").init(jax.random.key(3)), queries(10, COUNT)
     want = jax.jit(plain.eval)(params._replace(frame=None, warps=None), query)
     np.testing.assert_allclose(evaluation("gated")(params, query), want, rtol=1e-5)
 
@@ -190,7 +138,7 @@ def test_the_gated_model_with_all_switched_off_is_the_tripleplane():
     off = spatial_gated(replace(SMALL["gated"], gating=False, frame=False, warp_terms=0))
     params: SpatialTripleplaneParams = random_params(11, small("tripleplane"))
     same = SpatialGatedParams(params.s, params.h, params.d, None, None, params.mlp)
-    query = queries(12, 200)
+    query = queries(12, COUNT)
     np.testing.assert_allclose(jax.jit(off.eval)(same, query), evaluation("tripleplane")(params, query), rtol=1e-6)
 
 
@@ -203,7 +151,8 @@ def test_gating_multiplies_matrices_with_the_latent():
     x = np.concatenate([z_h, z_d]) @ params.mlp.weights[0] + params.mlp.biases[0]
     want = (x / (1 + np.exp(-x))) @ params.mlp.weights[1] + params.mlp.biases[1]
     model = spatial_gated(replace(SMALL["gated"], frame=False, warp_terms=0))
-    np.testing.assert_allclose(model.decode(params, model.encode(Query(up, up, uv)))[:, 0], want, rtol=1e-5)
+    found = jax.jit(model.eval)(params, Query(up, up, uv))
+    np.testing.assert_allclose(np.log(found[0]), want, rtol=1e-4)
 
 
 @pytest.mark.parametrize("frames", [1, 3])
@@ -211,7 +160,7 @@ def test_any_number_of_frames(frames: int):
     model = zeltner(replace(SMALL["zeltner"], frames=frames))
     params = random_params(14, model)
     assert params.frames.shape == (4, 6 * frames)
-    assert np.isfinite(jax.jit(model.eval)(params, queries(15, 8))).all()
+    assert np.isfinite(jax.jit(model.eval)(params, queries(15, COUNT))).all()
 
 
 def test_no_frame_is_refused():

@@ -35,7 +35,9 @@ def test_what_is_seen_lies_on_the_ray_to_the_viewer():
     """The ray from the place of uv meets the plane at a height where uv has moved by its slope; y is against v."""
     params, query, height = random_params(1, MODEL), queries(2, 300), 0.2
     x, y, z = np.asarray(query.wo, np.float64).T
-    far = query._replace(uv=query.uv + jnp.asarray(height * np.stack([x / z, -y / z], axis=-1), jnp.float32))
+    far = query._replace(
+        uv=jnp.asarray(query.uv) + jnp.asarray(height * np.stack([x / z, -y / z], axis=-1), jnp.float32)
+    )
     steep = z > 1 / 16
     found, want = (jax.jit(MODEL.eval)(at_height(params, h), q) for h, q in ((height, query), (0.0, far)))
     assert steep.sum() > 200
@@ -46,7 +48,7 @@ def test_a_grazing_viewer_moves_it_by_sixteen_heights_at_most():
     params = at_height(random_params(3, MODEL), 1.0)
     wo = jnp.array([[np.sqrt(1 - c * c), 0.0, c] for c in (1e-30, 1e-7, 1e-3)], jnp.float32)
     query = Query(jnp.tile(jnp.array([[0.0, 0.0, 1.0]]), (3, 1)), wo, jnp.full((3, 2), 0.3))
-    moved = query._replace(uv=query.uv + jnp.array([[16.0, 0.0]]))
+    moved = query._replace(uv=jnp.asarray(query.uv) + jnp.array([[16.0, 0.0]]))
     evaluate = jax.jit(MODEL.eval)
     np.testing.assert_allclose(evaluate(params, query), evaluate(at_height(params, 0.0), moved), rtol=1e-3)
 
