@@ -183,17 +183,25 @@ class Tensor(NamedTuple):
 def project_tensor(tensor: Tensor, *, least: float = ROUGHNESS.low) -> Tensor:
     """A tensor with both eigenvalues in [least, 1], by clamping a and b, then c (Gauthier et al. 2022, Eqs. 3 to 5).
 
-    It keeps valid tensors as they are. Of the three bounds in Eq. 5 the first, a b - least^2, is never the smallest:
-    it exceeds (a - least)(b - least) by least (a + b - 2 least).
+    It keeps valid tensors as they are.
 
     Args:
         tensor: any entries.
         least: alpha; `LEAST_FILTERED` is the paper's.
     """
     a, b = (jnp.where(x < least, jnp.asarray(least, x.dtype), jnp.where(x > 1.0, 1.0, x)) for x in tensor[:2])
-    bound = safe_sqrt(jnp.minimum((1.0 - a) * (1.0 - b), (a - least) * (b - least)))
+    bound = largest_c(a, b, least=least)
     c = jnp.where(tensor.c > bound, bound, jnp.where(tensor.c < -bound, -bound, tensor.c))
     return Tensor(a, b, c)
+
+
+def largest_c(a: jax.Array, b: jax.Array, *, least: float = ROUGHNESS.low) -> jax.Array:
+    """|c| up to which both eigenvalues are in [least, 1], for a and b there (Gauthier et al. 2022, Eq. 5).
+
+    Of the three bounds in Eq. 5 the first, a b - least^2, is never the smallest: it exceeds (a - least)(b - least) by
+    least (a + b - 2 least).
+    """
+    return safe_sqrt(jnp.minimum((1.0 - a) * (1.0 - b), (a - least) * (b - least)))
 
 
 def principal_axes(tensor: Tensor) -> Turned:

@@ -29,6 +29,7 @@ class LatentTexture:
         channels: numbers of a latent.
         wrap: what lies outside one period.
         probes: the most lookups along a footprint; one is isotropic filtering.
+        levels: how many there are; None is all, down to one texel.
     """
 
     height: int = 1024
@@ -36,11 +37,12 @@ class LatentTexture:
     channels: int = 8
     wrap: Wrap = "repeat"
     probes: int = 16
+    levels: int | None = None
 
     @property
     def layout(self) -> Layout:
         """Where its texels stand."""
-        return Layout(self.height, self.width, self.wrap)
+        return Layout(self.height, self.width, self.wrap, self.levels)
 
 
 PAPER_LATENTS = LatentTexture()

@@ -10,10 +10,15 @@ import jax
 from jaxbrdf.models.abc import AbcConfig, abc, start_abc
 from jaxbrdf.models.gated import GatedConfig, gated
 from jaxbrdf.models.ggx import BareGgxConfig, GgxConfig, TwoGgxConfig, ggx_lobes, start_ggx
+from jaxbrdf.models.ggx_mip import GgxMipConfig, ggx_mip
 from jaxbrdf.models.naive_mlp import NaiveMlpConfig, naive_mlp
 from jaxbrdf.models.nbrdf import NbrdfConfig, nbrdf
+from jaxbrdf.models.neumip import NeumipConfig, neumip
 from jaxbrdf.models.principled import PrincipledConfig, principled, start_principled
+from jaxbrdf.models.spatial_gated import SpatialGatedConfig, spatial_gated
+from jaxbrdf.models.spatial_tripleplane import SpatialTripleplaneConfig, spatial_tripleplane
 from jaxbrdf.models.tripleplane import TripleplaneConfig, tripleplane
+from jaxbrdf.models.zeltner import ZeltnerConfig, zeltner
 from jaxbrdf.types import Brdf, Model, Params
 
 
@@ -29,6 +34,22 @@ class ModelEntry(NamedTuple):
     config: Callable[..., Any]
     build: Callable[[Any], Model]
     is_reciprocal: bool
+
+
+class SpatialEntry(NamedTuple):
+    """One row of the models over a surface.
+
+    Attributes:
+        config: the frozen dataclass of the model's sizes; called without arguments it gives Timonen et al.'s.
+        build: `config -> Model`, over `jaxbrdf.models.spatial.SpatialCoordinates`.
+        is_reciprocal: by construction, whatever the parameters.
+        bundle: its name in bundles, where homogeneous models stand beside it.
+    """
+
+    config: Callable[..., Any]
+    build: Callable[[Any], Model]
+    is_reciprocal: bool
+    bundle: str
 
 
 class AnalyticEntry(NamedTuple):
@@ -57,6 +78,17 @@ MODELS: dict[str, ModelEntry] = {
     "naive-mlp": ModelEntry(NaiveMlpConfig, naive_mlp, is_reciprocal=False),
 }
 
+SPATIAL: dict[str, SpatialEntry] = {
+    "gated": SpatialEntry(SpatialGatedConfig, spatial_gated, is_reciprocal=True, bundle="spatial-gated"),
+    "tripleplane": SpatialEntry(
+        SpatialTripleplaneConfig, spatial_tripleplane, is_reciprocal=True, bundle="spatial-tripleplane"
+    ),
+    "zeltner": SpatialEntry(ZeltnerConfig, zeltner, is_reciprocal=False, bundle="zeltner"),
+    "neumip": SpatialEntry(NeumipConfig, neumip, is_reciprocal=False, bundle="neumip"),
+    "ggx-mip": SpatialEntry(GgxMipConfig, ggx_mip, is_reciprocal=True, bundle="ggx-mip"),
+}
+"""By the names that the command line has for them over texture sets."""
+
 ANALYTIC: dict[str, AnalyticEntry] = {
     "ggx-only": AnalyticEntry(BareGgxConfig, ggx_lobes, start_ggx, "ggx"),
     "ggx": AnalyticEntry(GgxConfig, ggx_lobes, start_ggx, "ggx"),
@@ -66,7 +98,7 @@ ANALYTIC: dict[str, AnalyticEntry] = {
 }
 
 NAMES = (*MODELS, *ANALYTIC)
-"""Of all that can be fitted."""
+"""Of all that can be fitted to a homogeneous material."""
 
 
 def config_of(name: str) -> Callable[..., Any]:

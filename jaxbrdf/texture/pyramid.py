@@ -1,4 +1,4 @@
-"""Images with all their levels, from the finest down to one texel, in one flat table.
+"""Images with their levels, from the finest down, to one texel unless told otherwise, in one flat table.
 
 A pyramid is an array `(texels, channels)`: all levels one after the other, each row by row from the top. A texel is one
 run of memory, a lookup over several levels is one gather, and OpenCL reads the same buffer as it is.
@@ -27,25 +27,34 @@ class Layout:
         height: rows of the finest level.
         width: columns of the finest level.
         wrap: what lies outside one period, along both axes: the image again, its border, or its mirror image.
+        levels: how many there are; None is all, down to one texel.
 
     Raises:
-        ValueError: if a size is not positive or `wrap` is unknown.
+        ValueError: if a size is not positive, `wrap` is unknown, or there are not so many levels.
     """
 
     height: int
     width: int
     wrap: Wrap = "repeat"
+    levels: int | None = None
 
     def __post_init__(self) -> None:
         if min(self.height, self.width) < 1:
             raise ValueError(f"a pyramid has at least one row and one column, not {self.height} x {self.width}")
         if self.wrap not in get_args(Wrap):
             raise ValueError(f"wrap is one of {', '.join(get_args(Wrap))}, not {self.wrap!r}")
+        if self.levels is not None and not 1 <= self.levels <= self._whole:
+            raise ValueError(f"levels is from 1 to {self._whole}, not {self.levels}")
+
+    @property
+    def _whole(self) -> int:
+        """Levels down to one texel."""
+        return max(self.height, self.width).bit_length()
 
     @property
     def top(self) -> int:
-        """The last level, of one texel."""
-        return max(self.height, self.width).bit_length() - 1
+        """The last level, of one texel where none is left out."""
+        return (self.levels or self._whole) - 1
 
     @property
     def sizes(self) -> tuple[tuple[int, int], ...]:

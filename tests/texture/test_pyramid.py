@@ -43,6 +43,16 @@ def test_sizes_are_opengls():
     assert layout.top == 3
 
 
+def test_levels_may_be_left_out():
+    layout, texels = Layout(5, 12, levels=2), image(5, 12)
+    assert layout.sizes == ((5, 12), (2, 6))
+    assert (layout.texels, layout.top) == (72, 1)
+    whole = build_pyramid(Layout(5, 12), jnp.asarray(texels))
+    np.testing.assert_array_equal(build_pyramid(layout, jnp.asarray(texels)), whole[:72])
+    below, share = between_levels(layout, jnp.asarray([0.5, 1.0, 3.0]))
+    np.testing.assert_array_equal(below + share, [0.5, 1.0, 1.0])
+
+
 def test_levels_of_a_table_are_views():
     layout = Layout(2, 3)
     np.testing.assert_array_equal(level(layout, jnp.arange(7.0)[:, None], 0)[:, :, 0], [[0, 1, 2], [3, 4, 5]])
@@ -62,6 +72,8 @@ def test_levels_outside_are_the_first_or_the_last():
     [
         (lambda: Layout(0, 4), "not 0 x 4"),
         (lambda: Layout(4, 4, "tile"), "not 'tile'"),
+        (lambda: Layout(4, 4, levels=0), "levels is from 1 to 3, not 0"),
+        (lambda: Layout(4, 4, levels=4), "levels is from 1 to 3, not 4"),
         (lambda: build_pyramid(Layout(4, 4), jnp.zeros((4, 5, 1))), r"not \(4, 4, channels\)"),
         (lambda: level(Layout(4, 4), jnp.zeros((21, 1)), 3), "0 to 2, not 3"),
         (lambda: level(Layout(4, 4), jnp.zeros((20, 1)), 0), r"\(21, channels\), not \(20, 1\)"),
