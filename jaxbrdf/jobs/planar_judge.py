@@ -143,8 +143,9 @@ def errors_of(pictures: np.ndarray, values: np.ndarray, reference: PlanarReferen
     """Errors of pictures `(scales, cameras, lights, size, size, 3)` and of f `(n, 3)` at the configurations."""
     shape, wanted = reference.scene.shape, reference.halves.mean(axis=0)
     found = [_picture_errors(pictures[at], wanted[at]) for at in np.ndindex(shape)]
+    mae, rmse = _value_errors(values, reference.configurations.halves)
     parts = {name: np.array([getattr(one, name) for one in found]).reshape(shape) for name in PICTURE_METRICS}
-    return PlanarErrors(**parts, **_value_errors(values, reference.configurations.halves))
+    return PlanarErrors(**parts, mae_hdr=mae, rmse_hdr=rmse)
 
 
 def _picture_errors(picture: np.ndarray, reference: np.ndarray) -> ImageErrors:
@@ -157,15 +158,12 @@ def exposure_of(reference: np.ndarray) -> float:
     return WHITE / brightest if brightest > 0 else 1.0
 
 
-def _value_errors(values: np.ndarray, halves: np.ndarray) -> dict[str, Estimate]:
+def _value_errors(values: np.ndarray, halves: np.ndarray) -> tuple[Estimate, Estimate]:
     """MAE, and RMSE by the product of the differences to either half: their noise is independent and drops out."""
     off = values.astype(np.float64)[None] - halves
     squares = mean(add_draws(NO_DRAWS, np.prod(off, axis=0).mean(axis=-1)))
-    positive = Estimate(np.maximum(squares.value, 0.0), squares.standard_error)
-    return {
-        "mae_hdr": mean(add_draws(NO_DRAWS, np.abs(off.mean(axis=0)).mean(axis=-1))),
-        "rmse_hdr": root(positive),
-    }
+    rmse = root(Estimate(np.maximum(squares.value, 0.0), squares.standard_error))
+    return mean(add_draws(NO_DRAWS, np.abs(off.mean(axis=0)).mean(axis=-1))), rmse
 
 
 def planar_report(materials: Mapping[str, Material], reference: PlanarReference) -> dict[str, Any]:

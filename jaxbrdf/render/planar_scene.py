@@ -10,7 +10,7 @@ evenly (the additive recurrence by the plastic number), so that no picture's pla
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -60,11 +60,10 @@ def scene_footprints(scene: PlanarScene) -> np.ndarray:
 def scene_view(scene: PlanarScene, scale: int, camera: int) -> PlaneView:
     """The camera of a picture."""
     slant, azimuth = scene.cameras[camera]
-    turns = np.array(RECURRENCE) * (scale * len(scene.cameras) + camera + 1)
-    centre = tuple(float(c) for c in turns % 1.0)
+    steps = scale * len(scene.cameras) + camera + 1
+    centre = (RECURRENCE[0] * steps % 1.0, RECURRENCE[1] * steps % 1.0)
     at_one = PlaneView(1.0, slant, azimuth, scene.field_of_view, centre, height=scene.size, width=scene.size)
-    distance = float(scene_footprints(scene)[scale]) / at_one.step
-    return PlaneView(distance, slant, azimuth, scene.field_of_view, centre, height=scene.size, width=scene.size)
+    return replace(at_one, distance=float(scene_footprints(scene)[scale]) / at_one.step)
 
 
 def scene_light(scene: PlanarScene, camera: int, light: int) -> tuple[float, float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 
 import jax
 import jax.numpy as jnp
@@ -13,6 +14,7 @@ from jaxbrdf.data.pbr import PbrTextures
 from jaxbrdf.jobs import planar_judge as judge
 from jaxbrdf.render.planar_scene import PlanarScene
 from jaxbrdf.surface.textured import mip_mapped, surface_of
+from jaxbrdf.texture.pyramid import Layout
 from jaxbrdf.types import Brdf, Material, Query
 
 SIZE = 16
@@ -21,7 +23,9 @@ KEY = jax.random.key(5)
 WAVE = jnp.array([3.0, 1.0])
 
 
-def surface():
+@cache
+def surface() -> tuple[Layout, Material]:
+    """One, for functions of another would be compiled anew."""
     rng = np.random.default_rng(0)
     color = np.float32(rng.uniform(0.05, 0.95, (SIZE, SIZE, 3)))
     rough, metal = (np.float32(rng.uniform(0.3, 0.9, (SIZE, SIZE))) for _ in range(2))
