@@ -32,8 +32,8 @@ FLOOR = ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
 """The plane's frame in the world (x right, y up, z to the viewer): rows tangent, bitangent and normal."""
 
 FARTHEST = 2.0**40
-"""Periods between camera and plane. A footprint is then at most 2^40 / `LEAST_COSINE`^2 = 2^88 pixel steps, which are
-below 2^5, and its square root's worth away from float32's overflow."""
+"""Periods between camera and plane. A footprint is then at most 2^40 / `LEAST_COSINE`^2 = 2^88 steps of a pixel, each
+below 2^5: far below float32's largest number, 2^128."""
 
 WIDEST = 170.0
 """Degrees of the field of view: a pixel's step is at most 2 tan(85) = 23."""

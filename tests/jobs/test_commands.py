@@ -15,6 +15,9 @@ from jaxbrdf.core.directions import half_vector
 from jaxbrdf.data import exr, merl, png, utia
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
+from jaxbrdf.jobs.render import SUN_DIRECTION, SUN_ON_FLOOR
+from jaxbrdf.render.plane import FLOOR
+from jaxbrdf.render.shading import to_local
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Material, Query
 from tests.jobs.tiny import hasten_judge, run_json
@@ -207,6 +210,10 @@ def test_render_of_a_plane_of_textures(capsys: pytest.CaptureFixture[str]):
     # the horizon is 10 of 20 degrees above the middle row
     assert not slanted[:4].any()
     assert slanted[5:].all()
+
+
+def test_the_sun_is_one_for_spheres_and_planes():
+    np.testing.assert_allclose(to_local(jnp.asarray(FLOOR), jnp.asarray(SUN_DIRECTION)), SUN_ON_FLOOR)
 
 
 def test_render_of_a_plane_of_one_material(capsys: pytest.CaptureFixture[str]):
