@@ -3,9 +3,9 @@
 After section 5.2 of Timonen et al.: 21 scales, 3 camera positions and 4 light directions. Their layout is not printed,
 and what follows is chosen here. The scales lie evenly on a logarithmic axis from the finest to the coarsest footprint
 of training, an eighth of a texel to twice the whole texture, which are a pixel's in the middle of a picture seen along
-the normal. The field of view is so narrow that a picture has one direction of view, but for two to four degrees, and the camera
-goes away for another scale. Every scale and camera looks at another place of the texture, of a sequence that covers it
-evenly (the additive recurrence by the plastic number), so that no picture's place is chosen.
+the normal. The field of view is so narrow that a picture has one direction of view, but for two to four degrees, and
+the camera goes away for another scale. Every scale and camera looks at another place of the texture, of a sequence that
+covers it evenly (the additive recurrence by the plastic number), so that no picture's place is chosen.
 """
 
 from __future__ import annotations
