@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -67,6 +68,21 @@ def count(value: str) -> int:
         argparse.ArgumentTypeError: if it is none.
     """
     return _integer(value, 1, 2**14)
+
+
+def number(value: str, *, least: float, most: float) -> float:
+    """A number between two others, as the user wrote it.
+
+    Raises:
+        argparse.ArgumentTypeError: if it is none.
+    """
+    try:
+        found = float(value)
+    except ValueError:
+        found = math.nan
+    if not least <= found <= most:
+        raise argparse.ArgumentTypeError(f"{value!r} is not a number from {least:g} to {most:g}")
+    return found
 
 
 def _integer(value: str, least: int, most: int) -> int:

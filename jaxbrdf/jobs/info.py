@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.json_record import to_plain
 from jaxbrdf.jobs.finishing import largest_albedo
 from jaxbrdf.jobs.judge import describe_truth
-from jaxbrdf.jobs.source import Source, is_bundle, open_source
+from jaxbrdf.jobs.source import Source, is_texture_folder, open_source
 
 
 def info(name: str) -> dict[str, Any]:
@@ -23,7 +22,7 @@ def info(name: str) -> dict[str, Any]:
     Raises:
         DataError: if it cannot be read.
     """
-    if os.path.isdir(name) and not is_bundle(Path(name)):
+    if is_texture_folder(name):
         return _of_textures(Path(name))
     source = open_source(name)
     return _of_bundle(source.bundle) if source.bundle is not None else _of_material(source)

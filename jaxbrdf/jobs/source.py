@@ -57,6 +57,11 @@ def is_bundle(path: Path) -> bool:
     return path.suffix == BUNDLE_SUFFIX or os.path.isfile(path / BUNDLE_NAME)
 
 
+def is_texture_folder(name: str) -> bool:
+    """Whether the name is a folder that no fit left a bundle in: one of PBR textures, if anything."""
+    return os.path.isdir(name) and not is_bundle(Path(name))
+
+
 def is_bundle_content(name: str) -> bool:
     """Whether there is a file where the name says that a bundle is."""
     path = Path(name)

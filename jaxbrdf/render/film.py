@@ -1,4 +1,4 @@
-"""The pixels of a picture of the sphere, in chunks that are rendered at a time."""
+"""The pixels of a picture, in chunks that are rendered at a time."""
 
 from __future__ import annotations
 
@@ -14,6 +14,13 @@ def pixels_of_the_sphere(height: int, width: int) -> np.ndarray:
     near = np.hypot(column + 0.5 - 0.5 * width, row + 0.5 - 0.5 * height) < radius + 1.0
     pixels = np.flatnonzero(near)
     return np.pad(pixels, (0, -len(pixels) % CHUNK), mode="edge").astype(np.int32).reshape(-1, CHUNK)
+
+
+def all_pixels(height: int, width: int) -> np.ndarray:
+    """Flat indices of all pixels in equal chunks of at most `CHUNK`; the last pixel is repeated to fill them."""
+    pixels = np.arange(height * width, dtype=np.int32)
+    chunks = -(-len(pixels) // CHUNK)
+    return np.pad(pixels, (0, -len(pixels) % chunks), mode="edge").reshape(chunks, -1)
 
 
 def to_image(pixels: np.ndarray, colours: np.ndarray, height: int, width: int) -> np.ndarray:

@@ -18,9 +18,10 @@ from jaxbrdf.render.camera import film_points
 from jaxbrdf.render.environment import Environment
 from jaxbrdf.render.film import CHUNK, pixels_of_the_sphere, to_image
 from jaxbrdf.render.paths import DIMENSIONS, draw_ways, scattered, shade
-from jaxbrdf.render.sphere import Shading, intersect, to_local
+from jaxbrdf.render.shading import Shading, query_of, to_local
+from jaxbrdf.render.sphere import intersect
 from jaxbrdf.sampling.sobol import rotate, sobol_points
-from jaxbrdf.types import Brdf, Material, Params, Query
+from jaxbrdf.types import Brdf, Material, Params
 
 
 def render_environment(
@@ -122,5 +123,5 @@ def _light_chunks(
 
 def _scattered(brdf: Brdf, params: Params, shading: Shading, wi: jax.Array) -> jax.Array:
     """f cos(wi) where there is a surface, `(n, 3)`."""
-    f = brdf.eval(params, Query(wi, shading.frame[..., :, 2]))
+    f = brdf.eval(params, query_of(shading.place, wi))
     return jnp.where(shading.hit[..., None], f * jnp.maximum(cos_theta(wi), 0.0)[..., None], 0.0)

@@ -21,10 +21,11 @@ from jaxbrdf.render.camera import film_points
 from jaxbrdf.render.environment import Environment, light_density, look_up, sample_light
 from jaxbrdf.render.film import CHUNK, pixels_of_the_sphere, to_image
 from jaxbrdf.render.proposal import with_sampler
-from jaxbrdf.render.sphere import Shading, intersect, to_local, to_world
+from jaxbrdf.render.shading import Place, Shading, query_of, to_local, to_world
+from jaxbrdf.render.sphere import intersect
 from jaxbrdf.sampling.mis import power_heuristic
 from jaxbrdf.sampling.sobol import rotate, sobol_points
-from jaxbrdf.types import Brdf, Material, Params, Query
+from jaxbrdf.types import Brdf, Material, Params
 
 DIMENSIONS = 5
 """Random numbers a sample takes: lobe and direction of the material, direction of the light, place in the pixel."""
@@ -34,12 +35,12 @@ class Ways(NamedTuple):
     """Two directions to the light, the first drawn by it and the second by a material.
 
     Attributes:
-        wo: to the viewer, `(n, 3)`.
+        place: of the surface, with wo `(n, 3)` to the viewer.
         wi: to the light, `(2, n, 3)`.
         gain: radiance that reaches the viewer for f = 1, linear Rec.709, `(2, n, 3)`; zero where there is no surface.
     """
 
-    wo: jax.Array
+    place: Place
     wi: jax.Array
     gain: jax.Array
 
@@ -91,22 +92,23 @@ def pictures_by(
 
 def draw_ways(brdf: Brdf, params: Params, environment: Environment, shading: Shading, u: jax.Array) -> Ways:
     """One direction by the light and one by the material at each point of the surface, `u` of shape `(n, 5)`."""
-    sampler, wo = sampler_of(with_sampler(brdf)), shading.frame[..., :, 2]
+    sampler, place = sampler_of(with_sampler(brdf)), shading.place
     light = sample_light(environment, u[..., :2])
     to_light = to_local(shading.frame, light.direction)
-    by_light = power_heuristic(light.density, sampler.pdf(params, Query(to_light, wo)))
-    drawn = sampler.sample(params, Query(wo, wo), u[..., jnp.array([2, 0, 1])])
+    by_light = power_heuristic(light.density, sampler.pdf(params, query_of(place, to_light)))
+    drawn = sampler.sample(params, query_of(place, place.wo), u[..., jnp.array([2, 0, 1])])
     direction = to_world(shading.frame, drawn.wi)
     by_material = power_heuristic(drawn.pdf, light_density(environment, direction))
     wi = jnp.stack([to_light, drawn.wi])
     share = safe_divide(jnp.stack([by_light, by_material]), jnp.stack([light.density, drawn.pdf]))
     gain = jnp.where(shading.hit[None], share * jnp.maximum(cos_theta(wi), 0.0), 0.0)
-    return Ways(wo, wi, gain[..., None] * jnp.stack([light.radiance, look_up(environment, direction)]))
+    radiance = jnp.stack([light.radiance, look_up(environment, direction)])
+    return Ways(place, wi, gain[..., None] * radiance)
 
 
 def scattered(brdf: Brdf, params: Params, ways: Ways) -> jax.Array:
     """Radiance to the viewer, `(n, 3)`."""
-    return jnp.sum(brdf.eval(params, Query(ways.wi, jnp.broadcast_to(ways.wo, ways.wi.shape))) * ways.gain, axis=0)
+    return jnp.sum(brdf.eval(params, query_of(ways.place, ways.wi)) * ways.gain, axis=0)
 
 
 def shade(pixel: jax.Array, u: jax.Array, size: tuple[int, int]) -> Shading:
@@ -141,4 +143,4 @@ def _scatter(brdf: Brdf, params: Params, ways: Ways) -> jax.Array:
         return total + scattered(brdf, params, way), None
 
     total, _ = jax.lax.scan(add_sample, jnp.zeros((CHUNK, 3)), ways)
-    return total / len(ways.wo)
+    return total / len(ways.gain)

@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import jax
 import jax.numpy as jnp
 
 from jaxbrdf.core.numerics import safe_divide, safe_sqrt
-
-
-class Shading(NamedTuple):
-    """Where a camera ray meets the sphere.
-
-    Attributes:
-        hit: whether it does, `(...)`.
-        frame: rows tangent, bitangent and normal, `(..., 3, 3)`; the tangent runs along the circles of latitude about
-            the world's y axis, eastwards.
-    """
-
-    hit: jax.Array
-    frame: jax.Array
+from jaxbrdf.render.shading import Place, Shading
 
 
 def intersect(film: jax.Array) -> Shading:
-    """The sphere under film points `(..., 2)`; what misses gets the frame of the point nearest to the viewer."""
+    """The sphere under film points `(..., 2)`; what misses gets the frame of the point nearest to the viewer.
+
+    The tangent runs along the circles of latitude about the world's y axis, eastwards.
+    """
     squared = film[..., 0] ** 2 + film[..., 1] ** 2
     hit = squared < 1.0
     x, y = (jnp.where(hit, film[..., i], 0.0) for i in (0, 1))
     z = safe_sqrt(1.0 - jnp.where(hit, squared, 0.0))
-    return Shading(hit, _frame(x, y, z))
+    frame = _frame(x, y, z)
+    return Shading(hit, frame, Place(frame[..., :, 2]))
 
 
 def _frame(x: jax.Array, y: jax.Array, z: jax.Array) -> jax.Array:
@@ -41,13 +31,3 @@ def _frame(x: jax.Array, y: jax.Array, z: jax.Array) -> jax.Array:
     tangent = jnp.stack([along, zero, back], axis=-1)
     bitangent = jnp.stack([y * back, z * along - x * back, -y * along], axis=-1)
     return jnp.stack([tangent, bitangent, jnp.stack([x, y, z], axis=-1)], axis=-2)
-
-
-def to_local(frame: jax.Array, w: jax.Array) -> jax.Array:
-    """World direction `(..., 3)` in the frame."""
-    return jnp.sum(frame * w[..., None, :], axis=-1)
-
-
-def to_world(frame: jax.Array, w: jax.Array) -> jax.Array:
-    """Local direction `(..., 3)` in the world."""
-    return jnp.sum(frame * w[..., :, None], axis=-2)

@@ -82,9 +82,12 @@ COMMANDS: dict[str, Callable[[str], list[str]]] = {
     "compare b": lambda bad: ["compare", "good.safetensors", bad],
     "compare c": lambda bad: ["compare", "good.safetensors", "gold", "--against", bad],
     "render": lambda bad: ["render", bad, "-o", "out.png"],
+    "render a plane": lambda bad: ["render", bad, "-o", "out.png", "--scene", "plane"],
     "info": lambda bad: ["info", bad],
     "convert": lambda bad: ["convert", bad, "out.bin"],
 }
+
+PLANE_OF_GOLD = ["render", "gold", "-o", "out.png", "--scene", "plane"]
 
 FILES: dict[str, tuple[str, bytes, str]] = {
     "an empty table": ("bad.bsdf", b"", "empty"),
@@ -329,6 +332,13 @@ def test_directions_that_are_no_archive_of_arrays(mistake: Tell, case: str, faul
         (["render", "gold", "-o", "out.png", "--env", "moon"], "moon: is not a light"),
         (["render", "gold", "-o", "out.png", "--env", "none.hdr"], "none.hdr: there is no such file"),
         (["render", "gold", "-o", "out.png", "--env", "good.bsdf"], "good.bsdf: is not a light"),
+        (["render", "gold", "-o", "out.png", "--slant", "10"], "--slant: goes with --scene plane"),
+        (["render", "gold", "-o", "out.png", "--scene", "cube"], "'cube'"),
+        ([*PLANE_OF_GOLD, "--distance", "0"], "'0' is not a number from 1e-06 to 1e+06"),
+        ([*PLANE_OF_GOLD, "--distance", "far"], "'far' is not a number from 1e-06 to 1e+06"),
+        ([*PLANE_OF_GOLD, "--slant", "nan"], "'nan' is not a number from 0 to 89"),
+        ([*PLANE_OF_GOLD, "--slant", "90"], "'90' is not a number from 0 to 89"),
+        ([*PLANE_OF_GOLD, "--env", "moon"], "moon: is not a light"),
         (["convert", "gold", "out.bsdf"], "out.bsdf: a table's name must end in .binary (MERL) or .bin (UTIA)"),
         (["convert", "brushed-aluminium", "out.binary"], "brushed-aluminium: is anisotropic"),
     ],
@@ -351,6 +361,14 @@ def test_a_bad_light(mistake: Tell, name: str, content: bytes, fault: str):
     line = mistake("render", "gold", "-o", "out.png", "--env", name)
     assert line.startswith(f"jaxbrdf: {name}: ")
     assert fault in line
+
+
+def test_a_sphere_of_textures(mistake: Tell):
+    Path("sheet").mkdir()
+    Path("sheet", "albedo.exr").write_bytes(exr.write(np.ones((2, 2, 3), np.float32)))
+    assert "sheet: is a folder, and no fit's: textures are shown on a plane" in mistake(
+        "render", "sheet", "-o", "a.png"
+    )
 
 
 WANTS_OPENCL = {

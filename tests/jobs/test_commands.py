@@ -15,6 +15,9 @@ from jaxbrdf.core.directions import half_vector
 from jaxbrdf.data import exr, merl, png, utia
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
+from jaxbrdf.jobs.render import SUN_DIRECTION, SUN_ON_FLOOR
+from jaxbrdf.render.plane import FLOOR
+from jaxbrdf.render.shading import to_local
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Material, Query
 from tests.jobs.tiny import hasten_judge, run_json
@@ -189,6 +192,35 @@ def test_render_writes_linear_exr_under_a_users_map(capsys: pytest.CaptureFixtur
     run_json(capsys, "render", "gold", "--env", "white.exr", "-o", "gold.exr", "--size", 16, "--samples", 64)
     picture = exr.read(Path("gold.exr").read_bytes(), "gold.exr")
     assert picture.shape == (16, 16, 3)
+    np.testing.assert_allclose(picture[7:9, 7:9].mean(axis=(0, 1)), normal_albedo(), rtol=0.05)
+
+
+def test_render_of_a_plane_of_textures(capsys: pytest.CaptureFixture[str]):
+    """A plain black sheet reflects four percent and shows no detail; beyond the horizon there is nothing."""
+    Path("sheet").mkdir()
+    Path("sheet", "albedo.png").write_bytes(png.write(np.zeros((4, 4, 3), np.float32)))
+    options = ["--scene", "plane", "--size", 16, "--samples", 4, "--env", "sun", "-o", "sheet.exr"]
+    run_json(capsys, "render", "sheet", *options, "--distance", 3)
+    picture = exr.read(Path("sheet.exr").read_bytes(), "sheet.exr")
+    assert picture.shape == (16, 16, 3)
+    assert picture.min() > 0
+    assert picture.max() < 0.2
+    run_json(capsys, "render", "sheet", *options, "--slant", 80)
+    slanted = exr.read(Path("sheet.exr").read_bytes(), "sheet.exr").max(axis=(1, 2))
+    # the horizon is 10 of 20 degrees above the middle row
+    assert not slanted[:4].any()
+    assert slanted[5:].all()
+
+
+def test_the_sun_is_one_for_spheres_and_planes():
+    np.testing.assert_allclose(to_local(jnp.asarray(FLOOR), jnp.asarray(SUN_DIRECTION)), SUN_ON_FLOOR)
+
+
+def test_render_of_a_plane_of_one_material(capsys: pytest.CaptureFixture[str]):
+    Path("white.exr").write_bytes(exr.write(np.ones((8, 16, 3), np.float32)))
+    options = ["--env", "white.exr", "--size", 16, "--samples", 64]
+    run_json(capsys, "render", "gold", "--scene", "plane", *options, "-o", "gold.exr")
+    picture = exr.read(Path("gold.exr").read_bytes(), "gold.exr")
     np.testing.assert_allclose(picture[7:9, 7:9].mean(axis=(0, 1)), normal_albedo(), rtol=0.05)
 
 

@@ -15,7 +15,8 @@ from jaxbrdf.render.camera import FILL, film_points
 from jaxbrdf.render.environment import make_environment
 from jaxbrdf.render.integrate import render_directional, render_environment
 from jaxbrdf.render.proposal import with_sampler
-from jaxbrdf.render.sphere import intersect, to_local, to_world
+from jaxbrdf.render.shading import to_local, to_world
+from jaxbrdf.render.sphere import intersect
 from jaxbrdf.render.studio import studio
 from jaxbrdf.sampling.hemisphere import square_to_cosine
 from jaxbrdf.types import Brdf, Material, Query, Sample
