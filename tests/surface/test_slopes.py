@@ -49,9 +49,9 @@ def test_moments_are_those_of_points_drawn_under_the_footprint():
     np.testing.assert_allclose(own.slope, slopes.mean(1), atol=0.02)
     centred = slopes - slopes.mean(1, keepdims=True)
     want = np.einsum("nki,nkj->nij", centred, centred) / 20_000
-    np.testing.assert_allclose(own.covariance.a, want[:, 0, 0], atol=0.004)
-    np.testing.assert_allclose(own.covariance.b, want[:, 1, 1], atol=0.004)
-    np.testing.assert_allclose(own.covariance.c, want[:, 0, 1], atol=0.004)
+    np.testing.assert_allclose(own.covariance.a, want[:, 0, 0], atol=0.006)
+    np.testing.assert_allclose(own.covariance.b, want[:, 1, 1], atol=0.006)
+    np.testing.assert_allclose(own.covariance.c, want[:, 0, 1], atol=0.006)
     assert np.ptp(want[:, 0, 0]) > 0.02
 
 
