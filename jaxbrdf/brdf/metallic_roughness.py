@@ -17,27 +17,17 @@ the viewer's angle.
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Annotated, NamedTuple
 
 import jax
-import jax.numpy as jnp
 
 from jaxbrdf.brdf.domain import within_ranges
-from jaxbrdf.brdf.proposed import Proposed, sampled_by
-from jaxbrdf.core.directions import above_horizon, cos_theta
-from jaxbrdf.core.fresnel import schlick
+from jaxbrdf.brdf.metallic_facets import METALLIC_FACETS, MetallicFacetsParams
+from jaxbrdf.brdf.sampler import sampler_of
 from jaxbrdf.core.ggx import Ggx
-from jaxbrdf.core.numerics import match_rank, safe_norm, safe_normalize
 from jaxbrdf.core.ranges import SHARE, Range
 from jaxbrdf.core.roughness import ROUGHNESS, Isotropic
-from jaxbrdf.core.smith import lift, separable_visibility
-from jaxbrdf.sampling.mixture import blend, choose
-from jaxbrdf.sampling.proposal import COSINE, VISIBLE_NORMALS, Proposal
-from jaxbrdf.types import Query
-
-DIELECTRIC_F0 = 0.04
-"""Of an index of 1.5."""
+from jaxbrdf.types import Brdf, Query, Sample
 
 
 class MetallicRoughnessParams(NamedTuple):
@@ -48,50 +38,24 @@ class MetallicRoughnessParams(NamedTuple):
     roughness: Annotated[jax.Array, Range(ROUGHNESS.low**0.5, 1.0)]
 
 
+_SAMPLER = sampler_of(METALLIC_FACETS)
+
+
+def _with_facets(params: MetallicRoughnessParams) -> MetallicFacetsParams:
+    facets = Ggx(Isotropic(params.roughness * params.roughness))
+    return MetallicFacetsParams(params.base_color, params.metallic, facets)
+
+
 def _eval(params: MetallicRoughnessParams, query: Query) -> jax.Array:
-    wi, wo = lift(query.wi), lift(query.wo)
-    both, facets = wi + wo, _facets(params)
-    body, surface = _shares(params, jnp.minimum(0.5 * safe_norm(both), 1.0))
-    lobe = facets.density(safe_normalize(both)) * separable_visibility(facets, wi, wo)
-    f = body / jnp.pi + surface * lobe[..., None]
-    return jnp.where(above_horizon(query.wi, query.wo)[..., None], f, 0.0)
+    return METALLIC_FACETS.eval(_with_facets(params), query)
 
 
-def _shares(params: MetallicRoughnessParams, cos: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """What is left for the body, times its colour, and what the facets reflect, at their cosine: each `(..., 3)`."""
-    rank = cos.ndim + 1
-    base, metallic = match_rank(params.base_color, rank), match_rank(params.metallic[..., None], rank)
-    taken = schlick(cos[..., None], jnp.asarray(DIELECTRIC_F0, cos.dtype))
-    return (1.0 - metallic) * (1.0 - taken) * base, schlick(cos[..., None], _f0(base, metallic))
+def _sample(params: MetallicRoughnessParams, query: Query, u: jax.Array) -> Sample:
+    return _SAMPLER.sample(_with_facets(params), query, u)
 
 
-def _f0(base: jax.Array, metallic: jax.Array) -> jax.Array:
-    return DIELECTRIC_F0 * (1.0 - metallic) + metallic * base
+def _pdf(params: MetallicRoughnessParams, query: Query) -> jax.Array:
+    return _SAMPLER.pdf(_with_facets(params), query)
 
 
-def _facets(params: MetallicRoughnessParams) -> Ggx:
-    return Ggx(Isotropic(params.roughness * params.roughness))
-
-
-def _draw(params: MetallicRoughnessParams, wo: jax.Array, u: jax.Array) -> jax.Array:
-    draws = [partial(COSINE.sample, None, wo), partial(VISIBLE_NORMALS.sample, _facets(params), wo)]
-    return choose(_chances(params, wo), draws, u)
-
-
-def _density(params: MetallicRoughnessParams, wi: jax.Array, wo: jax.Array) -> jax.Array:
-    densities = [COSINE.pdf(None, wi, wo), VISIBLE_NORMALS.pdf(_facets(params), wi, wo)]
-    return blend(_chances(params, wo), densities)
-
-
-def _chances(params: MetallicRoughnessParams, wo: jax.Array) -> jax.Array:
-    """Of body and facets, `(..., 2)`: their albedo as a smooth surface has it.
-
-    Facets are drawn as no darker than a dielectric's: a black metal too reflects at grazing angles.
-    """
-    cos = jnp.clip(cos_theta(wo), 0.0, 1.0)
-    body, surface = (jnp.mean(share, axis=-1) for share in _shares(params, cos))
-    return jnp.stack([body, jnp.maximum(surface, DIELECTRIC_F0)], axis=-1)
-
-
-_PROPOSAL = Proposal(_draw, _density)
-METALLIC_ROUGHNESS = within_ranges(sampled_by(_PROPOSAL, _eval, lambda params: Proposed(params, params)))
+METALLIC_ROUGHNESS = within_ranges(Brdf(_eval, _sample, _pdf))

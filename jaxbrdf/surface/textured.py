@@ -22,7 +22,7 @@ from jaxbrdf.core.numerics import safe_normalize
 from jaxbrdf.data.pbr import PbrTextures
 from jaxbrdf.texture.lookup import anisotropic, bilinear
 from jaxbrdf.texture.pyramid import Layout, build_pyramid
-from jaxbrdf.types import Brdf, Material, Query
+from jaxbrdf.types import Brdf, Material, Params, Query
 
 SHADED = normal_mapped(METALLIC_ROUGHNESS)
 RECIPROCAL = reciprocal_normal_mapped(METALLIC_ROUGHNESS)
@@ -52,17 +52,29 @@ def unpack(values: jax.Array) -> NormalMappedParams:
 
 def textured(layout: Layout) -> Brdf:
     """The material at points; its parameters are the pyramid of `pack`'s image, `(texels, 8)`."""
-    return _read(SHADED, partial(_at_point, layout))
+    return _read(SHADED, partial(_at_point, layout), unpack)
 
 
 def reciprocal_textured(layout: Layout) -> Brdf:
     """The reciprocal part of `textured`, which reciprocal models are fitted to."""
-    return _read(RECIPROCAL, partial(_at_point, layout))
+    return _read(RECIPROCAL, partial(_at_point, layout), unpack)
 
 
 def mip_mapped(layout: Layout, *, probes: int = 16) -> Brdf:
     """`textured` shaded once for the maps' means under the footprint, by as many lookups as `probes`."""
-    return _read(SHADED, partial(_under_footprint, layout, probes))
+    return filtered(SHADED, layout, unpack, probes=probes)
+
+
+def filtered(shaded: Brdf, layout: Layout, unpack: Callable[[jax.Array], Params], *, probes: int) -> Brdf:
+    """`shaded` once for the means under the footprint, of a pyramid of any channels.
+
+    Args:
+        shaded: the reflectance.
+        layout: of the pyramid, which is the result's parameters.
+        unpack: the means `(..., channels)` as the parameters of `shaded`.
+        probes: the largest number of lookups.
+    """
+    return _read(shaded, partial(_under_footprint, layout, probes), unpack)
 
 
 def _at_point(layout: Layout, texels: jax.Array, query: Query) -> jax.Array:
@@ -77,7 +89,7 @@ def _under_footprint(layout: Layout, probes: int, texels: jax.Array, query: Quer
     return anisotropic(layout, texels, query.uv, query.footprint, probes=probes)
 
 
-def _read(shaded: Brdf, lookup: Lookup) -> Brdf:
+def _read(shaded: Brdf, lookup: Lookup, unpack: Callable[[jax.Array], Params]) -> Brdf:
     """`shaded` with its parameters looked up at each query."""
 
     def of_texels(function: Callable) -> Callable:

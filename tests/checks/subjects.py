@@ -21,6 +21,7 @@ from jaxbrdf.brdf.effects import STACK, Coat, Film, MultipleScattering
 from jaxbrdf.brdf.energy_scale import TERMS, EnergyScale
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.brdf.layered import LayeredParams, layered
+from jaxbrdf.brdf.metallic_facets import METALLIC_FACETS, MetallicFacetsParams
 from jaxbrdf.brdf.metallic_roughness import METALLIC_ROUGHNESS, MetallicRoughnessParams
 from jaxbrdf.brdf.metals import METALS
 from jaxbrdf.brdf.microfacet import MICROFACET, SEPARABLE_MICROFACET, MicrofacetParams
@@ -205,6 +206,7 @@ def built_in(name: str) -> Subject:
 
 
 CLAY = OrenNayarParams(RED, number(0.4))
+LEANING_FACETS = Ggx(STRETCHED, colour(0.3, -0.2))
 MAPPED_METAL, RECIPROCAL_METAL = normal_mapped(MICROFACET), reciprocal_normal_mapped(MICROFACET)
 LEANING_METAL = NormalMappedParams(colour(2 / 11, -6 / 11, 9 / 11), facets(Ggx(ISOTROPIC)))
 COATED_METAL, COATED_CLAY = layered(MICROFACET), layered(OREN_NAYAR, diffuse=True)
@@ -252,6 +254,17 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
         "metallic-roughness": Row(
             METALLIC_ROUGHNESS,
             lambda: reciprocal(METALLIC_ROUGHNESS, MetallicRoughnessParams(PLAIN, number(0.5), number(0.4))),
+        ),
+        "metallic facets, a mean slope": Row(
+            METALLIC_FACETS,
+            lambda: reciprocal(METALLIC_FACETS, MetallicFacetsParams(PLAIN, number(1.0), LEANING_FACETS)),
+        ),
+        "metallic facets, a mean slope and a body": Row(
+            METALLIC_FACETS,
+            lambda: Subject(
+                Material("", METALLIC_FACETS, MetallicFacetsParams(RED, number(0.2), LEANING_FACETS), False),
+                conserving=True,
+            ),
         ),
         "substrate": Row(SUBSTRATE, lambda: reciprocal(SUBSTRATE, SubstrateParams(RED, number(1.5)))),
         "normal-mapped metal": Row(
