@@ -19,6 +19,7 @@ from jaxbrdf.models.half_difference import HalfDifferencePolar, TextureSizes, in
 from jaxbrdf.models.shading_frame import NUMBERS, frame_of, seen_above
 from jaxbrdf.models.spatial import LatentTexture, SpatialCoordinates
 from jaxbrdf.texture import angular
+from jaxbrdf.texture.gated import fetch_gated
 from jaxbrdf.texture.pyramid import Pyramid
 from jaxbrdf.types import Model, Query
 
@@ -93,9 +94,11 @@ def spatial_gated(config: SpatialGatedConfig) -> Model:
     def decode(params: SpatialGatedParams, coordinates: SpatialCoordinates) -> jax.Array:
         z = spatial.latents_at(params.s, coordinates, probes=config.latents.probes)
         at = _polar(params, z, coordinates)
-        z_h = angular.fetch(angular.close_centre(params.h), at.h)
-        z_d = angular.fetch(angular.close_centre(params.d), at.d)
-        features = [_gated(z_h, z), _gated(z_d, z)] if config.gating else [z_h, z_d, z]
+        read = [(angular.close_centre(params.h), at.h), (angular.close_centre(params.d), at.d)]
+        if config.gating:
+            features = [fetch_gated(texture, place, z) for texture, place in read]
+        else:
+            features = [*(angular.fetch(texture, place) for texture, place in read), z]
         return mlp.apply(params.mlp, jnp.concatenate(features))
 
     return spatial.spatial_model(init, decode)
@@ -117,9 +120,3 @@ def _polar(params: SpatialGatedParams, z: jax.Array, coordinates: SpatialCoordin
     rows = params.warps.weights.T @ z + params.warps.biases[:, None]
     of_h, of_d = (warp.from_rows(part) for part in jnp.split(rows, 2))
     return HalfDifferencePolar(at.h._replace(r=warp.apply(of_h, at.h.r)), at.d._replace(r=warp.apply(of_d, at.d.r)))
-
-
-def _gated(matrices: jax.Array, z: jax.Array) -> jax.Array:
-    """Products of matrices `(n channels, batch)`, row by row, with z `(channels, batch)`, `(n, batch)` (Eq. 6)."""
-    rows = matrices.reshape(-1, z.shape[0], z.shape[1])
-    return jnp.sum(rows * z[None], axis=1)
