@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.core.directions import azimuth, sin_theta
+from jaxbrdf.core.numerics import safe_atan2, safe_sqrt
 from jaxbrdf.core.staging import staged
 
 LANES = 8
@@ -46,10 +46,15 @@ def is_texture(leaf: jax.Array) -> bool:
 
 def polar(w: jax.Array, period: float | None) -> Polar:
     """Polar coordinates of w on the disk, its azimuth wrapped to `period` radians (None: no azimuth)."""
-    r = jnp.minimum(sin_theta(w), 1.0)
+    return polar_of(w[..., 0], w[..., 1], period)
+
+
+def polar_of(x: jax.Array, y: jax.Array, period: float | None) -> Polar:
+    """`polar` of a direction's x and y, `(...)` each."""
+    r = jnp.minimum(safe_sqrt(x * x + y * y), 1.0)
     if period is None:
         return Polar(r, None)
-    turn = azimuth(w) / period
+    turn = safe_atan2(y, x) / period
     turn = turn - jnp.floor(turn)
     return Polar(r, jnp.where(turn < 1.0, turn, 0.0))
 

@@ -24,7 +24,9 @@ def fetch_gated(texture: jax.Array, at: Polar, z: jax.Array) -> jax.Array:
         ValueError: if the texture does not hold whole rows of z's length.
     """
     if texture.shape[0] % z.shape[0]:
-        raise ValueError(f"texture has {texture.shape[0]} channels; they must be a multiple of those of z, {z.shape[0]}")
+        raise ValueError(
+            f"texture has {texture.shape[0]} channels; they must be a multiple of those of z, {z.shape[0]}"
+        )
     return _fetch(texture, at.r, at.turn, z)
 
 
@@ -43,12 +45,11 @@ def _forward(texture: jax.Array, r: jax.Array, turn: jax.Array | None, z: jax.Ar
 
 def _backward(saved: tuple[jax.Array, Cell, jax.Array], g: jax.Array):
     texture, cell, z = saved
-    corners = corners_of(texture.shape[2], cell)
-    first, *others = sides = _sides(texture, cell, g)
-    weights = [weight for _, weight in corners]
-    by_z = sum((side * weight[None] for side, weight in zip(others, weights[1:], strict=True)), first * weights[0][None])
+    weights = [weight[None] for _, weight in corners_of(texture.shape[2], cell)]
+    sides = _sides(texture, cell, g)
+    first, *others = (side * weight for side, weight in zip(sides, weights, strict=True))
     by_r, by_turn = _slopes(texture.shape, cell, [jnp.sum(side * z, axis=0) for side in sides])
-    return _outer_products(texture.shape, cell, g, z), by_r, by_turn, by_z
+    return _outer_products(texture.shape, cell, g, z), by_r, by_turn, sum(others, first)
 
 
 def _sides(texture: jax.Array, cell: Cell, g: jax.Array) -> list[jax.Array]:
