@@ -190,6 +190,7 @@ def main() -> None:
         "load": os.getloadavg()[0],
         "samples_per_second": {name: BATCH * STEPS / float(np.median(of)) for name, of in values.items()},
         "ratio": {part: float(np.median(of)) for part, of in ratios.items()},
+        "ratio_of_least": {part: min(values[f"torch {part}"]) / min(values[f"jax {part}"]) for part in ratios},
         "ratio_range": {part: [float(of.min()), float(of.max())] for part, of in ratios.items()},
         "spread_seconds": {name: [min(of), max(of)] for name, of in values.items()},
     }
