@@ -10,7 +10,8 @@ cosine, which is less work than drawing half of it as facets scatter it. Values 
 timed.
 
 Each runs on one core and on two, where PyTorch's threads wait for each other after every operation: beside other
-programs that takes longer than one core. The ratio is that of the better of both. Each has a process of its own, and
+programs that can take longer than one core. They wait without spinning (OMP_WAIT_POLICY), which then costs less. The
+ratio is that of the better of both. Each has a process of its own, and
 rounds are interleaved. Writes experiments/results/spatial_throughput.json.
 """
 
@@ -75,7 +76,7 @@ def given() -> dict[str, Any]:
 
 def jax_trainers(data: dict[str, Any]) -> dict[str, Callable[[], Any]]:
     query = Query(**data["query"])
-    pool = Batch(MODEL.encode(query), data["f"].T, np.ones(BATCH, np.float32))
+    pool = Batch(MODEL.encode(query), data["f"].T, jnp.ones(BATCH))
     supply = draws_of(Pyramid(LAYOUT, jnp.asarray(data["texels"])), PRESET.draws)(Wanted(MODEL, PRESET.training, 0))
     scale, optimiser = losses.scale_of(pool), adam(PRESET.training.optimiser)
     state = loop.start(jax.tree.map(jnp.asarray, data["params"]), optimiser)
@@ -168,6 +169,7 @@ def serve(name: str, cores: int, data: dict[str, Any], pipe: Connection) -> None
 
 def interleaved() -> dict[str, dict[str, list[float]]]:
     """Seconds a step of every trainer, by part and by who runs it, round by round."""
+    os.environ["OMP_WAIT_POLICY"] = "passive"
     context, data = get_context("spawn"), given()
     pipes: dict[str, Connection] = {}
     for cores in (1, 2):
