@@ -34,7 +34,7 @@ CONVENTIONS = {
 }
 SPATIAL_CONVENTIONS = CONVENTIONS | {
     "matrices": "channels of a texture are rows times latent channels, row by row",
-    "spatial texture": "texels by channels, u right, v down the rows, levels one after the other from the finest down to "
+    "spatial texture": "texels by channels, u right, v down the rows, levels one after the other from the finest to "
     "one texel, each half the size rounded down, texel j of n centred at (j + 1/2) / n",
 }
 """Of models over a surface."""
