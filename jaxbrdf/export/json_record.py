@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import UnionType
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 LONGEST_TUPLE = 32
@@ -22,7 +23,8 @@ def from_plain(kind: Any, value: Any, at: str) -> Any:
     """The value of type `kind` that a JSON value says; inverse of `to_plain`.
 
     Args:
-        kind: a record, `tuple[X, ...]`, `dict[str, X]`, a `Literal` of strings, bool, int, float or str.
+        kind: a record, `tuple[X, ...]`, `dict[str, X]`, a `Literal` of strings, bool, int, float or str, or one of
+            these or None.
         value: what `json.loads` gave.
         at: the value's name, for the message.
 
@@ -41,6 +43,9 @@ def from_plain(kind: Any, value: Any, at: str) -> Any:
         return {name: from_plain(get_args(kind)[1], item, f"{at}.{name}") for name, item in items}
     if get_origin(kind) is Literal:
         return _choice(get_args(kind), value, at)
+    if get_origin(kind) is UnionType:
+        kind, _ = get_args(kind)
+        return None if value is None else from_plain(kind, value, at)
     return _scalar(kind, value, at)
 
 

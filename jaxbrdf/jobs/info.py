@@ -24,7 +24,7 @@ def info(name: str) -> dict[str, Any]:
     """
     if is_texture_folder(name):
         return _of_textures(Path(name))
-    source = open_source(name)
+    source = open_source(name, surfaces=True)
     return _of_bundle(source.bundle) if source.bundle is not None else _of_material(source)
 
 
