@@ -118,7 +118,9 @@ def demanding_queries(key: jax.Array, *, count: int = 1 << 14) -> Query:
 def placed(key: jax.Array, query: Query, layout: Layout) -> Query:
     """The query's directions `(n, 3)` at places and under footprints of every size, hard ones among them: of size zero,
     of no width, beyond the texture, and coordinates on its border and periods away."""
-    uv, footprint = draw_places(key, query.wo, texels=max(layout.height, layout.width))
+    # nearer to the horizon footprints are so long that float32 does not say where they end
+    upright = query.wo.at[:, 2].set(jnp.maximum(query.wo[:, 2], 0.1))
+    uv, footprint = draw_places(key, upright, texels=max(layout.height, layout.width))
     count = uv.shape[0] // 16
     uv = uv.at[:count].set(8.0 * uv[:count] - 4.0).at[count].set(0.0).at[count + 1].set(1.0)
     flat = jnp.array([[0.0, 0.3], [0.0, 0.2]])

@@ -1,8 +1,8 @@
 """Pyramids of latents as OpenEXR pictures, one a level: for programs with a texture system of their own.
 
-`NAME.00.exr` is the finest level. Its channels are half precision and named `latent.00`, `latent.01`, ...; the first row
-is v = 0, as docs/conventions.md has it under Textures. A renderer reads each file as a level of one mip map, unfiltered:
-latents are trained level by level, and no level is the mean of the one before.
+`NAME.00.exr` is the finest level. Its channels are half precision and named `latent.00`, `latent.01`, ...; the first
+row is v = 0, as docs/conventions.md has it under Textures. A renderer reads each file as a level of one mip map: levels
+are trained each by itself, and none is the mean of the one before.
 """
 
 from __future__ import annotations

@@ -179,9 +179,9 @@ class Material(NamedTuple):
         """OpenCL C for a kernel of the caller's own, self-contained.
 
         It defines `float3 {entry}_eval(float3 wi, float3 wo, __global const float *parameters)`, to be called inline
-        with a buffer that holds `inline_parameters()`. Of a material that varies over a surface the arguments are `(float3
-        wi, float3 wo, float2 uv, float4 footprint, __global const float *parameters)`, the footprint's matrix row by row,
-        zero for a point.
+        with a buffer that holds `inline_parameters()`. Of a material that varies over a surface the arguments are
+        `(float3 wi, float3 wo, float2 uv, float4 footprint, __global const float *parameters)`, the footprint's matrix
+        row by row, zero for a point.
 
         Sources of several materials may stand in one program, each with its own entry.
 

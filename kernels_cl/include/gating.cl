@@ -46,7 +46,7 @@ JB_INLINE void jb_gated_fetch(
     __global const jb_stored *texels, const int n_r, const int n_phi, const int count, const int blocks, const jb_real r,
     const jb_real turn, const float8 *z, float8 *products, jb_real *out) {
     const jb_Corners at = jb_corners(n_r, n_phi, count * blocks * JB_BLOCK, r, turn);
-    _Pragma("unroll") for (int k = 0; k < JB_WIDTH; ++k) {
+    for (int k = 0; k < JB_WIDTH; ++k) {
         _Pragma("unroll") for (int i = 0; i < count; ++i) {
             float8 product = jb_blend(texels + i * blocks * JB_BLOCK, &at, k) * z[k];
             for (int block = 1; block < blocks; ++block) {
