@@ -20,8 +20,8 @@ LINEAR = lx.Normal(lx.Cholesky())
 """Normal equations: residuals are many and parameters few, and the damping keeps the matrix well conditioned."""
 
 STEPS = 30
-"""Of each start at most: the longest way decides the time of all. On the twelve RGL files the best of twenty starts that
-are followed for a hundred is then reached within 0.3 %, but for two lobes on one file, which stay 3.6 % above it."""
+"""Of each start at most: the longest way decides the time of all. On the twelve RGL files the best of twenty starts
+that are followed for a hundred is then reached within 0.3 %, but for two lobes on one file, 3.6 % above it."""
 
 PULL = 1e-2
 """Residuals are joined by this times each free number, or one whose best value lies at the end of its range would walk

@@ -45,7 +45,7 @@ def hasten() -> Iterator[None]:
         patch.setattr(training, "STRIDE", 40)
         patch.setattr(training, "SECONDS_BETWEEN_CHECKPOINTS", 0.0)
         patch.setattr(supply, "HELD_OUT", 2**10)
-        for name, value in {"SIZE": 8, "SCALES": 3, "SAMPLES": 4, "DRAWS": 2**10}.items():
+        for name, value in {"SIZE": 12, "SCALES": 3, "SAMPLES": 4, "DRAWS": 2**10}.items():
             patch.setattr(surface_judge, name, value)
         yield
 
