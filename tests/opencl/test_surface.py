@@ -84,11 +84,8 @@ def test_opencl_gives_what_jax_gives(opencl: Device, variant: str):
     assert worst.max() < 10.0
     lit = wanted > 0
     assert np.median(np.abs(found - wanted)[lit] / wanted[lit]) < 1e-5
-    # parameters are demanding, and places matter
+    # parameters are demanding
     assert wanted.max() > 1e5 * wanted[lit].min()
-    assert not np.allclose(
-        found, evaluated(Material.load(bundle, opencl.context, shape=SHAPE), at_points(query)), rtol=0.1
-    )
 
 
 @cache
@@ -101,6 +98,7 @@ def test_points_are_not_filtered(opencl: Device):
     loaded = Material.load(bundle, opencl.context, shape=SHAPE)
     found = evaluated(loaded, query)
     assert excess(bundle, query, found, expected_at_points()).max() <= 1.0
+    assert not np.allclose(found, expected("surface"), rtol=0.1)
     nothing = jnp.zeros((len(query.wi), 2, 2))
     np.testing.assert_allclose(found, evaluated(loaded, query._replace(footprint=nothing)), rtol=RELATIVE)
 
