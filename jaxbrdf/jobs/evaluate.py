@@ -47,8 +47,12 @@ def _jax(source: str, path: str, queries: Queries) -> np.ndarray:
     _check_place(source, path, queries, is_spatial=opened.bundle is not None and opened.bundle.manifest.is_spatial)
     compiled = jax.jit(partial(opened.material.brdf.eval, opened.material.params))
     values = [np.zeros((0, 3), np.float32)]
+    wi, wo, uv, footprint = (None if part is None else jnp.asarray(part) for part in queries)
+    assert wi is not None
+    assert wo is not None
+    asked = Query(wi, wo, uv, footprint)
     for start in range(0, len(queries.wi), CHUNK):
-        piece = jax.tree.map(lambda part, start=start: jnp.asarray(part[start : start + CHUNK]), Query(*queries))
+        piece = jax.tree.map(lambda part, start=start: part[start : start + CHUNK], asked)
         values.append(np.asarray(compiled(piece)))
     return np.concatenate(values)
 
