@@ -9,12 +9,20 @@ import jax.numpy as jnp
 
 from jaxbrdf.core.numerics import safe_atan2, safe_divide, safe_norm, safe_normalize, safe_sqrt
 
+Components = tuple[jax.Array, jax.Array, jax.Array]
+"""x, y and z of vectors, `(...)` each."""
+
 
 class HalfDifference(NamedTuple):
     """Half vector and difference vector after Rusinkiewicz (1998), each `(..., 3)`."""
 
     wh: jax.Array
     wd: jax.Array
+
+
+def components(w: jax.Array) -> Components:
+    """x, y and z of w."""
+    return w[..., 0], w[..., 1], w[..., 2]
 
 
 def cos_theta(w: jax.Array) -> jax.Array:
@@ -58,20 +66,34 @@ def half_difference(wi: jax.Array, wo: jax.Array) -> HalfDifference:
 
     Swapping wi and wo keeps wh and turns wd by pi about z, to the last bit. Where wh is the normal, phi_h is zero.
     """
-    wh = half_vector(wi, wo)
-    sin_h = safe_norm(wh[..., :2])
-    cos_h = wh[..., 2]
-    at_pole = sin_h == 0
-    cos_phi = jnp.where(at_pole, 1.0, safe_divide(wh[..., 0], sin_h))
-    sin_phi = safe_divide(wh[..., 1], sin_h)
+    wh, wd = half_difference_components(components(wi), components(wo))
+    return HalfDifference(jnp.stack(wh, axis=-1), jnp.stack(wd, axis=-1))
+
+
+def half_difference_components(wi: Components, wo: Components) -> tuple[Components, Components]:
+    """`half_difference` of vectors whose components are arrays of their own, `(...)`."""
+    across = tuple(0.5 * (a - b) for a, b in zip(wi, wo, strict=True))
+    both = tuple(a + b for a, b in zip(wi, wo, strict=True))
+    wh = _normalised(both)
+    sin_h, cos_h = safe_sqrt(wh[0] * wh[0] + wh[1] * wh[1]), wh[2]
+    cos_phi = jnp.where(sin_h == 0, 1.0, safe_divide(wh[0], sin_h))
+    sin_phi = safe_divide(wh[1], sin_h)
     # The turned wi and wo differ in the sign of x and y alone, so x and y are those of (wi - wo) / 2. Where the two
     # almost meet their difference is exact and x and y keep their digits; turning wi alone would leave its rounding.
-    across = 0.5 * (wi - wo)
-    along = cos_phi * across[..., 0] + sin_phi * across[..., 1]
-    x = cos_h * along - sin_h * across[..., 2]
-    y = cos_phi * across[..., 1] - sin_phi * across[..., 0]
-    z = 0.5 * dot(wh, wi + wo)
-    return HalfDifference(wh, jnp.stack([x, y, z], axis=-1))
+    along = cos_phi * across[0] + sin_phi * across[1]
+    x = cos_h * along - sin_h * across[2]
+    y = cos_phi * across[1] - sin_phi * across[0]
+    z = 0.5 * (wh[0] * both[0] + wh[1] * both[1] + wh[2] * both[2])
+    return wh, (x, y, z)
+
+
+def _normalised(v: Components) -> Components:
+    """As `safe_normalize`, of components."""
+    x, y, z = v
+    length = safe_sqrt(x * x + y * y + z * z)
+    usable = length > 0
+    divisor = jnp.where(usable, length, 1.0)
+    return jnp.where(usable, x / divisor, 0.0), jnp.where(usable, y / divisor, 0.0), jnp.where(usable, z / divisor, 1.0)
 
 
 def from_half_difference(wh: jax.Array, wd: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.core.directions import half_difference
+from jaxbrdf.core.directions import Components, components, half_difference_components
 from jaxbrdf.texture import angular
 from jaxbrdf.types import Query
 
@@ -57,10 +57,14 @@ def init_textures(key: jax.Array, sizes: TextureSizes, *, channels: int | None =
 
 def encode(isotropic: bool) -> Callable[[Query], HalfDifferencePolar]:
     """Disk coordinates of wh, with period 2 pi or no azimuth, and of wd, wrapped to [0, pi): hence reciprocity."""
-    period_h = None if isotropic else 2 * jnp.pi
 
     def encode_query(query: Query) -> HalfDifferencePolar:
-        wh, wd = half_difference(query.wi, query.wo)
-        return HalfDifferencePolar(angular.polar(wh, period_h), angular.polar(wd, jnp.pi))
+        return on_disks(*half_difference_components(components(query.wi), components(query.wo)), isotropic=isotropic)
 
     return encode_query
+
+
+def on_disks(wh: Components, wd: Components, *, isotropic: bool) -> HalfDifferencePolar:
+    """`encode` of half and difference vectors."""
+    h = angular.polar_of(wh[0], wh[1], None if isotropic else 2 * jnp.pi)
+    return HalfDifferencePolar(h, angular.polar_of(wd[0], wd[1], jnp.pi))

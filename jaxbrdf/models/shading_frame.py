@@ -11,6 +11,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from jaxbrdf.core.directions import Components
+from jaxbrdf.core.staging import staged_both_ways
+
 NUMBERS = 6
 """Of the latent's linear map for one frame."""
 
@@ -18,21 +21,20 @@ LEAST_SQUARE = 1e-6
 """|v|^2 from which a vector gives a whole axis; shorter ones shrink it. It bounds the derivative of an axis by 1e3, and
 is met only where a latent turns the normal upside down, or the tangent into the normal."""
 
-Rows = tuple[jax.Array, jax.Array, jax.Array]
-
 
 class Frame(NamedTuple):
     """Orthonormal axes, components `(batch,)` each."""
 
-    tangent: Rows
-    bitangent: Rows
-    normal: Rows
+    tangent: Components
+    bitangent: Components
+    normal: Components
 
 
 def frame_of(numbers: jax.Array) -> Frame:
     """The frame of `(6, batch)` numbers."""
-    normal = _unit((numbers[0], numbers[1], 1.0 + numbers[2]))
-    side = (1.0 + numbers[3], numbers[4], numbers[5])
+    rows = staged_both_ways(jnp.unstack(numbers))
+    normal = _unit((rows[0], rows[1], 1.0 + rows[2]))
+    side = (1.0 + rows[3], rows[4], rows[5])
     along = _dot(side, normal)
     tangent = _unit((side[0] - along * normal[0], side[1] - along * normal[1], side[2] - along * normal[2]))
     return Frame(tangent, _cross(normal, tangent), normal)
@@ -43,24 +45,24 @@ def seen(frame: Frame, w: jax.Array) -> jax.Array:
     return jnp.stack([_dot(axis, (w[0], w[1], w[2])) for axis in frame])
 
 
-def seen_above(frame: Frame, w: jax.Array) -> jax.Array:
-    """w in the frame, projected to the unit disk and lifted again (Timonen et al., section 3.1).
+def seen_above(frame: Frame, w: Components) -> Components:
+    """Components of w in the frame, projected to the unit disk and lifted again (Timonen et al., section 3.1).
 
     Of the height the lift keeps the size alone, sqrt(1 - x^2 - y^2) = |z|: taken from z it needs no root, whose
     derivative has no bound at the rim.
     """
-    x, y, z = seen(frame, w)
-    return jnp.stack([x, y, jnp.abs(z)])
+    x, y, z = (_dot(axis, w) for axis in frame)
+    return x, y, jnp.abs(z)
 
 
-def _unit(v: Rows) -> Rows:
+def _unit(v: Components) -> Components:
     scale = jax.lax.rsqrt(jnp.maximum(_dot(v, v), LEAST_SQUARE))
     return v[0] * scale, v[1] * scale, v[2] * scale
 
 
-def _dot(a: Rows, b: Rows) -> jax.Array:
+def _dot(a: Components, b: Components) -> jax.Array:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _cross(a: Rows, b: Rows) -> Rows:
+def _cross(a: Components, b: Components) -> Components:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

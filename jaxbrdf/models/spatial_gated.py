@@ -14,13 +14,16 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from jaxbrdf.core.directions import components, half_difference_components
+from jaxbrdf.core.staging import staged_both_ways
 from jaxbrdf.models import half_difference, mlp, spatial, warp
 from jaxbrdf.models.half_difference import HalfDifferencePolar, TextureSizes, init_textures
 from jaxbrdf.models.shading_frame import NUMBERS, frame_of, seen_above
 from jaxbrdf.models.spatial import LatentTexture, SpatialCoordinates
 from jaxbrdf.texture import angular
+from jaxbrdf.texture.gated import fetch_gated
 from jaxbrdf.texture.pyramid import Pyramid
-from jaxbrdf.types import Model, Query
+from jaxbrdf.types import Model
 
 PAPER_MATRICES = TextureSizes(isotropic=False, channels=5)
 
@@ -93,9 +96,11 @@ def spatial_gated(config: SpatialGatedConfig) -> Model:
     def decode(params: SpatialGatedParams, coordinates: SpatialCoordinates) -> jax.Array:
         z = spatial.latents_at(params.s, coordinates, probes=config.latents.probes)
         at = _polar(params, z, coordinates)
-        z_h = angular.fetch(angular.close_centre(params.h), at.h)
-        z_d = angular.fetch(angular.close_centre(params.d), at.d)
-        features = [_gated(z_h, z), _gated(z_d, z)] if config.gating else [z_h, z_d, z]
+        read = [(angular.close_centre(params.h), at.h), (angular.close_centre(params.d), at.d)]
+        if config.gating:
+            features = [fetch_gated(texture, place, z) for texture, place in read]
+        else:
+            features = [*(angular.fetch(texture, place) for texture, place in read), z]
         return mlp.apply(params.mlp, jnp.concatenate(features))
 
     return spatial.spatial_model(init, decode)
@@ -107,19 +112,14 @@ def _init_warps(channels: int, terms: int) -> LatentWarps | None:
 
 def _polar(params: SpatialGatedParams, z: jax.Array, coordinates: SpatialCoordinates) -> HalfDifferencePolar:
     """Where H and D are read."""
-    wi, wo = coordinates.wi, coordinates.wo
+    wi, wo = components(coordinates.wi.T), components(coordinates.wo.T)
     if params.frame is not None:
-        frame = frame_of(params.frame.T @ z)
-        wi, wo = seen_above(frame, wi), seen_above(frame, wo)
-    at = half_difference.encode(isotropic=False)(Query(wi.T, wo.T))
+        frame = staged_both_ways(frame_of(params.frame.T @ z))
+        wi, wo = staged_both_ways((seen_above(frame, wi), seen_above(frame, wo)))
+    wh, wd = staged_both_ways(half_difference_components(wi, wo))
+    at = half_difference.on_disks(wh, wd, isotropic=False)
     if params.warps is None:
         return at
     rows = params.warps.weights.T @ z + params.warps.biases[:, None]
-    of_h, of_d = (warp.from_rows(part) for part in jnp.split(rows, 2))
+    of_h, of_d = (warp.from_rows(part) for part in staged_both_ways(jnp.split(rows, 2)))
     return HalfDifferencePolar(at.h._replace(r=warp.apply(of_h, at.h.r)), at.d._replace(r=warp.apply(of_d, at.d.r)))
-
-
-def _gated(matrices: jax.Array, z: jax.Array) -> jax.Array:
-    """Products of matrices `(n channels, batch)`, row by row, with z `(channels, batch)`, `(n, batch)` (Eq. 6)."""
-    rows = matrices.reshape(-1, z.shape[0], z.shape[1])
-    return jnp.sum(rows * z[None], axis=1)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.core.directions import azimuth, sin_theta
+from jaxbrdf.core.numerics import safe_atan2, safe_sqrt
 from jaxbrdf.core.staging import staged
 
 LANES = 8
@@ -46,10 +46,15 @@ def is_texture(leaf: jax.Array) -> bool:
 
 def polar(w: jax.Array, period: float | None) -> Polar:
     """Polar coordinates of w on the disk, its azimuth wrapped to `period` radians (None: no azimuth)."""
-    r = jnp.minimum(sin_theta(w), 1.0)
+    return polar_of(w[..., 0], w[..., 1], period)
+
+
+def polar_of(x: jax.Array, y: jax.Array, period: float | None) -> Polar:
+    """`polar` of a direction's x and y, `(...)` each."""
+    r = jnp.minimum(safe_sqrt(x * x + y * y), 1.0)
     if period is None:
         return Polar(r, None)
-    turn = azimuth(w) / period
+    turn = safe_atan2(y, x) / period
     turn = turn - jnp.floor(turn)
     return Polar(r, jnp.where(turn < 1.0, turn, 0.0))
 
@@ -74,7 +79,7 @@ def _fetch(texture: jax.Array, r: jax.Array, turn: jax.Array | None) -> jax.Arra
 
 
 def _fetch_forward(texture: jax.Array, r: jax.Array, turn: jax.Array | None):
-    cell = _cell(texture.shape, r, turn)
+    cell = cell_of(texture.shape, r, turn)
     near, far = _edges(texture, cell)
     slope = far.value - near.value
     across = (
@@ -91,7 +96,7 @@ def _fetch_backward(saved: tuple[tuple[int, int, int], Cell, jax.Array, jax.Arra
     return _scatter(shape, cell, g), r, turn
 
 
-def _cell(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
+def cell_of(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
     """Cells of a texture whose first column stands again after its last, staged: a dozen loops read them."""
     _, n_r, n_phi = shape
     x = jnp.clip(r, 0.0, 1.0) * (n_r - 1)
@@ -103,9 +108,24 @@ def _cell(shape: tuple[int, ...], r: jax.Array, turn: jax.Array | None) -> Cell:
     return staged((x, Cell(i * (n_phi + 1) + j, x - i, y - j)))[1]
 
 
-def _corner_offsets(n_phi: int, has_azimuth: bool) -> tuple[int, ...]:
-    """Flat distance from a cell's index to its corners: over the azimuth first, then over the radius."""
-    return (0, 1, n_phi + 1, n_phi + 2) if has_azimuth else (0, n_phi + 1)
+def corners_of(n_phi: int, cell: Cell) -> tuple[tuple[int, jax.Array], ...]:
+    """Of each corner of a cell, the azimuth first, the flat distance from the cell's index and the bilinear weight."""
+    r, phi = cell.along_r, cell.along_phi
+    if phi is None:
+        return (0, 1 - r), (n_phi + 1, r)
+    return (0, (1 - r) * (1 - phi)), (1, (1 - r) * phi), (n_phi + 1, r * (1 - phi)), (n_phi + 2, r * phi)
+
+
+def as_rows(texture: jax.Array) -> jax.Array:
+    """Texels as rows `(n_r (n_phi + 1), channels)`, the first column again after the last: what cells count in."""
+    return jnp.concatenate([texture, texture[:, :, :1]], axis=2).reshape(texture.shape[0], -1).T
+
+
+def from_rows(shape: tuple[int, int, int], rows: jax.Array) -> jax.Array:
+    """The transpose of `as_rows`: the repeated column is added to the first."""
+    channels, n_r, n_phi = shape
+    columns = rows.T.reshape(channels, n_r, n_phi + 1)
+    return columns[:, :, :n_phi].at[:, :, 0].add(columns[:, :, n_phi])
 
 
 class Edge(NamedTuple):
@@ -121,9 +141,7 @@ def _edges(texture: jax.Array, cell: Cell) -> tuple[Edge, Edge]:
     The corners of every cell are laid side by side first, so that a lookup is one run of memory: a batch then takes a
     third of the time of gathering each corner of each channel.
     """
-    channels, _, n_phi = texture.shape
-    texels = jnp.concatenate([texture, texture[:, :, :1]], axis=2).reshape(channels, -1).T
-    offsets = _corner_offsets(n_phi, cell.along_phi is not None)
+    texels, offsets = as_rows(texture), [offset for offset, _ in corners_of(texture.shape[2], cell)]
     table = jnp.concatenate([jnp.roll(texels, -o, axis=0) for o in offsets], axis=1)
     rows = table.at[cell.index].get(mode="promise_in_bounds")
     corners = jnp.split(rows.T, len(offsets))
@@ -142,19 +160,9 @@ def _scatter(shape: tuple[int, ...], cell: Cell, g: jax.Array) -> jax.Array:
     padding = -channels % LANES
     rows = jnp.pad(g, ((0, padding), (0, 0))).T
     texels = jnp.zeros((n_r * (n_phi + 1), channels + padding), g.dtype)
-    offsets = _corner_offsets(n_phi, cell.along_phi is not None)
-    for offset, weight in zip(offsets, _weights(cell), strict=True):
+    for offset, weight in corners_of(n_phi, cell):
         texels = texels.at[cell.index + offset].add(rows * weight[:, None], mode="promise_in_bounds")
-    columns = texels[:, :channels].T.reshape(channels, n_r, n_phi + 1)
-    return columns[:, :, :n_phi].at[:, :, 0].add(columns[:, :, n_phi])
-
-
-def _weights(cell: Cell) -> tuple[jax.Array, ...]:
-    """Bilinear weight of each corner."""
-    r, phi = cell.along_r, cell.along_phi
-    if phi is None:
-        return 1 - r, r
-    return (1 - r) * (1 - phi), (1 - r) * phi, r * (1 - phi), r * phi
+    return from_rows(shape, texels[:, :channels])
 
 
 _fetch.defvjp(_fetch_forward, _fetch_backward)

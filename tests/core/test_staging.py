@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxbrdf.core.staging import staged
+from jaxbrdf.core.staging import staged, staged_both_ways
 
 
 @pytest.mark.parametrize("first", [1.5, jnp.nan, jnp.inf, -jnp.inf])
@@ -33,3 +33,13 @@ def test_gradients_pass_in_both_modes() -> None:
 def test_it_can_be_mapped() -> None:
     x = jnp.arange(6.0).reshape(2, 3)
     np.testing.assert_array_equal(jax.vmap(lambda row: staged((row,))[0])(x), x)
+
+
+def test_what_comes_back_is_unchanged_too() -> None:
+    def cubed(x: jax.Array) -> jax.Array:
+        square, same = staged_both_ways((x * x, x))
+        return jnp.sum(square * same)
+
+    x = jnp.array([1.0, -2.0, 3.0])
+    np.testing.assert_allclose(jax.jit(jax.grad(cubed))(x), 3.0 * x * x)
+    np.testing.assert_array_equal(jax.jit(staged_both_ways)([x])[0], x)

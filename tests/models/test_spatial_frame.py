@@ -10,6 +10,10 @@ from jaxbrdf.models.shading_frame import Frame, frame_of, seen, seen_above
 from tests.models.surfaces import queries
 
 
+def lifted(frame: Frame, w: jax.Array) -> jax.Array:
+    return jnp.stack(seen_above(frame, (w[0], w[1], w[2])))
+
+
 def matrix(frame: Frame) -> np.ndarray:
     """Axes as rows, `(3, 3, batch)`."""
     return np.asarray([list(axis) for axis in frame])
@@ -24,7 +28,7 @@ def test_zeros_are_the_surfaces_own_frame():
     np.testing.assert_array_equal(matrix(frame)[..., 0], np.eye(3))
     w = directions(50)
     np.testing.assert_array_equal(seen(frame, w), w)
-    np.testing.assert_array_equal(seen_above(frame, w), w)
+    np.testing.assert_array_equal(lifted(frame, w), w)
 
 
 def test_axes_are_gram_and_schmidts():
@@ -41,7 +45,7 @@ def test_axes_are_gram_and_schmidts():
 def test_directions_keep_their_length_and_are_lifted_above_the_horizon():
     frame = frame_of(jnp.asarray(np.random.default_rng(2).normal(size=(6, 400)), jnp.float32))
     w = directions(400)
-    inside, above = np.asarray(seen(frame, w)), np.asarray(seen_above(frame, w))
+    inside, above = np.asarray(seen(frame, w)), np.asarray(lifted(frame, w))
     np.testing.assert_allclose(np.linalg.norm(inside, axis=0), 1.0, atol=1e-5)
     assert (inside[2] < 0).any()
     np.testing.assert_allclose(above[:2], inside[:2])
@@ -61,7 +65,7 @@ def test_gradients_are_finite_where_axes_degenerate():
     )
     numbers = jnp.asarray(degenerate.T, jnp.float32)
     w = directions(numbers.shape[1])
-    for project in (seen, seen_above):
+    for project in (seen, lifted):
 
         def total(numbers: jax.Array, w: jax.Array, project=project) -> jax.Array:
             return jnp.sum(project(frame_of(numbers), w) * jnp.arange(1.0, 4.0)[:, None])
