@@ -72,8 +72,8 @@ def half_difference(wi: jax.Array, wo: jax.Array) -> HalfDifference:
 
 def half_difference_components(wi: Components, wo: Components) -> tuple[Components, Components]:
     """`half_difference` of vectors whose components are arrays of their own, `(...)`."""
-    across = tuple(0.5 * (a - b) for a, b in zip(wi, wo, strict=True))
-    both = tuple(a + b for a, b in zip(wi, wo, strict=True))
+    both = wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]
+    across = 0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), 0.5 * (wi[2] - wo[2])
     wh = _normalised(both)
     sin_h, cos_h = safe_sqrt(wh[0] * wh[0] + wh[1] * wh[1]), wh[2]
     cos_phi = jnp.where(sin_h == 0, 1.0, safe_divide(wh[0], sin_h))

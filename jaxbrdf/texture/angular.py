@@ -121,7 +121,7 @@ def as_rows(texture: jax.Array) -> jax.Array:
     return jnp.concatenate([texture, texture[:, :, :1]], axis=2).reshape(texture.shape[0], -1).T
 
 
-def from_rows(shape: tuple[int, int, int], rows: jax.Array) -> jax.Array:
+def from_rows(shape: tuple[int, ...], rows: jax.Array) -> jax.Array:
     """The transpose of `as_rows`: the repeated column is added to the first."""
     channels, n_r, n_phi = shape
     columns = rows.T.reshape(channels, n_r, n_phi + 1)

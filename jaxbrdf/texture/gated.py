@@ -8,6 +8,8 @@ but the outer products of g and z, which are made while they are added to the te
 
 from __future__ import annotations
 
+from functools import reduce
+
 import jax
 import jax.numpy as jnp
 
@@ -38,8 +40,8 @@ def _fetch(texture: jax.Array, r: jax.Array, turn: jax.Array | None, z: jax.Arra
 def _forward(texture: jax.Array, r: jax.Array, turn: jax.Array | None, z: jax.Array):
     cell = cell_of(texture.shape, r, turn)
     texels = staged(as_rows(texture))
-    first, *others = (_read(texels, cell, o) * weight[:, None] for o, weight in corners_of(texture.shape[2], cell))
-    matrices = staged(sum(others, first)).T.reshape(-1, *z.shape)
+    corners = (_read(texels, cell, o) * weight[:, None] for o, weight in corners_of(texture.shape[2], cell))
+    matrices = staged(reduce(jnp.add, corners)).T.reshape(-1, *z.shape)
     return jnp.sum(matrices * z[None], axis=1), (texture, cell, z)
 
 
@@ -47,9 +49,9 @@ def _backward(saved: tuple[jax.Array, Cell, jax.Array], g: jax.Array):
     texture, cell, z = saved
     weights = [weight[None] for _, weight in corners_of(texture.shape[2], cell)]
     sides = _sides(texture, cell, g)
-    first, *others = (side * weight for side, weight in zip(sides, weights, strict=True))
+    by_z = reduce(jnp.add, (side * weight for side, weight in zip(sides, weights, strict=True)))
     by_r, by_turn = _slopes(texture.shape, cell, [jnp.sum(side * z, axis=0) for side in sides])
-    return _outer_products(texture.shape, cell, g, z), by_r, by_turn, sum(others, first)
+    return _outer_products(texture.shape, cell, g, z), by_r, by_turn, by_z
 
 
 def _sides(texture: jax.Array, cell: Cell, g: jax.Array) -> list[jax.Array]:
@@ -58,8 +60,8 @@ def _sides(texture: jax.Array, cell: Cell, g: jax.Array) -> list[jax.Array]:
     matrices = staged(texels.reshape(texels.shape[0], g.shape[0], -1))
 
     def side(offset: int) -> jax.Array:
-        first, *others = (_read(matrices, cell, offset)[:, n] * row[:, None] for n, row in enumerate(g))
-        return sum(others, first)
+        at = _read(matrices, cell, offset)
+        return reduce(jnp.add, (at[:, n] * row[:, None] for n, row in enumerate(g)))
 
     return [rows.T for rows in staged([side(offset) for offset, _ in corners_of(texture.shape[2], cell)])]
 
@@ -76,7 +78,7 @@ def _slopes(shape: tuple[int, ...], cell: Cell, values: list[jax.Array]) -> tupl
     return by_r * (shape[1] - 1), by_turn * shape[2]
 
 
-def _outer_products(shape: tuple[int, int, int], cell: Cell, g: jax.Array, z: jax.Array) -> jax.Array:
+def _outer_products(shape: tuple[int, ...], cell: Cell, g: jax.Array, z: jax.Array) -> jax.Array:
     """The texture's gradient: of g and z at every place, times the weights of its corners."""
     _, n_r, n_phi = shape
     texels = jnp.zeros((n_r * (n_phi + 1), g.shape[0], z.shape[0]), g.dtype)
