@@ -20,7 +20,9 @@ from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import context_of
 from jaxbrdf.opencl.shape import Shape
+from jaxbrdf.sampling.footprints import draw_places
 from jaxbrdf.sampling.hemisphere import square_to_cosine
+from jaxbrdf.texture.pyramid import Layout, is_pyramid
 from jaxbrdf.types import Model, Params, Query
 
 RELATIVE, ABSOLUTE = 1e-4, 1e-6
@@ -28,6 +30,9 @@ RELATIVE, ABSOLUTE = 1e-4, 1e-6
 
 LARGEST = 1e3
 """Over cosine-distributed pairs `demanding_params` give f from 1 / LARGEST to LARGEST."""
+
+LATENT_DEVIATION = np.float32(0.3)
+"""Of every texel of every level, each its own: frames then lean by some 20 degrees."""
 
 COARSE = (6, 8)
 """Random texels along radius and azimuth, which are interpolated to a texture's size: fitted textures are smooth."""
@@ -57,7 +62,11 @@ def demanding_params(key: jax.Array, model: Model) -> Params:
     """Random parameters whose f has the range of a fitted glossy material."""
     key_params, key_query = jax.random.split(key)
     params = random_params(int(jax.random.bits(key_params)), model)
-    log_f = np.log(jax.jit(model.eval)(params, _cosine_pairs(key_query, 4096)))
+    query = _cosine_pairs(key_query, 4096)
+    layout = next((node.layout for node in jax.tree.leaves(params, is_leaf=is_pyramid) if is_pyramid(node)), None)
+    if layout is not None:
+        query = placed(key_query, query, layout)
+    log_f = np.log(jax.jit(model.eval)(params, query))
     low, high = log_f.min(axis=0), log_f.max(axis=0)
     return _with_outputs(params, 2.0 * np.log(np.float32(LARGEST)) / (high - low), 0.5 * (low + high))
 
@@ -66,7 +75,14 @@ def random_params(seed: int, model: Model) -> Params:
     """Parameters as numpy arrays, none at its first value: smooth textures, weights of variance 1 / n_in."""
     rng = np.random.default_rng(seed)
     shapes = jax.eval_shape(lambda: model.init(jax.random.key(0)))
-    return jax.tree.map(lambda leaf: _random(rng, leaf.shape), shapes)
+    return jax.tree.map(lambda node: _random_node(rng, node), shapes, is_leaf=is_pyramid)
+
+
+def _random_node(rng: np.random.Generator, node: Any) -> Any:
+    if not is_pyramid(node):
+        return _random(rng, node.shape)
+    texels: Any = LATENT_DEVIATION * rng.standard_normal(node.texels.shape).astype(np.float32)
+    return node._replace(texels=texels)
 
 
 def _random(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
@@ -97,6 +113,20 @@ def demanding_queries(key: jax.Array, *, count: int = 1 << 14) -> Query:
     kinds = [cosine, Query(_unit(cosine.wo + step), cosine.wo), Query(_unit(mirrored + step), cosine.wo), grazing]
     kinds += [Query(_unit(opposed + 0.01 * step), grazing.wo), Query(cosine.wi, -cosine.wo), hard_queries()]
     return Query(jnp.concatenate([q.wi for q in kinds]), jnp.concatenate([q.wo for q in kinds]))
+
+
+def placed(key: jax.Array, query: Query, layout: Layout) -> Query:
+    """The query's directions `(n, 3)` at places and under footprints of every size, hard ones among them: of size zero,
+    of no width, beyond the texture, and coordinates on its border and periods away."""
+    # nearer to the horizon footprints are so long that float32 does not say where they end
+    upright = query.wo.at[:, 2].set(jnp.maximum(query.wo[:, 2], 0.1))
+    uv, footprint = draw_places(key, upright, texels=max(layout.height, layout.width))
+    count = uv.shape[0] // 16
+    uv = uv.at[:count].set(8.0 * uv[:count] - 4.0).at[count].set(0.0).at[count + 1].set(1.0)
+    flat = jnp.array([[0.0, 0.3], [0.0, 0.2]])
+    for k, hard in enumerate((jnp.zeros((2, 2)), flat, 1e6 * jnp.eye(2))):
+        footprint = footprint.at[k::64].set(hard)
+    return query._replace(uv=uv, footprint=footprint)
 
 
 def _cosine_pairs(key: jax.Array, count: int) -> Query:
@@ -147,17 +177,20 @@ def opencl_parity(
         expected: f of `jax_values`.
         shape: of the kernel; None for the device's best.
     """
-    wi, wo = np.asarray(query.wi), np.asarray(query.wo)
-    found = Material.load(bundle, context_of(device), shape=shape).evaluate(wi, wo)
+    found = evaluated(Material.load(bundle, context_of(device), shape=shape), query)
     violation = (np.abs(found - expected) / (RELATIVE * expected + ABSOLUTE)).max(axis=-1)
     # a NaN on either side is the worst
     worst = int(np.argmax(np.nan_to_num(violation, nan=np.inf)))
-    return Parity(float(violation[worst]), wi[worst], wo[worst])
+    return Parity(float(violation[worst]), np.asarray(query.wi)[worst], np.asarray(query.wo)[worst])
+
+
+def evaluated(loaded: Material, query: Query) -> np.ndarray:
+    """f of a query as `Material.evaluate` gives it."""
+    wi, wo, uv, footprint = (None if part is None else np.asarray(part) for part in query)
+    return loaded.evaluate(np.asarray(wi), np.asarray(wo), uv=uv, footprint=footprint)
 
 
 def _in_float64(bundle: Bundle, function: Callable[[Params, Query], jax.Array], query: Query) -> np.ndarray:
-    wi, wo = (np.asarray(w, np.float64) for w in (query.wi, query.wo))
-    numbers = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), material(bundle).params)
+    numbers, asked = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), (material(bundle).params, query))
     with jax.enable_x64(True):
-        params = jax.tree.map(jnp.asarray, numbers)
-        return np.asarray(jax.jit(function)(params, Query(jnp.asarray(wi), jnp.asarray(wo))))
+        return np.asarray(jax.jit(function)(*jax.tree.map(jnp.asarray, (numbers, asked))))

@@ -39,7 +39,7 @@ def coordinate_slack(model: Model, params: Params, query: Query) -> np.ndarray:
 
 
 def _moved(model: Model, params: Params, query: Query) -> jax.Array:
-    coordinates = jax.tree.map(jnp.ravel, model.encode(query))
+    coordinates = model.encode(query)
     log_f = model.decode(params, coordinates)
     ways = [jax.tree.map(lambda x, by=by: x * (1.0 + by), coordinates) for by in (COORDINATE_STEP, -COORDINATE_STEP)]
     return jnp.max(jnp.stack([jnp.abs(model.decode(params, way) - log_f) for way in ways]), axis=(0, 1))

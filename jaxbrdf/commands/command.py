@@ -11,6 +11,7 @@ from typing import Any
 from jaxbrdf.jobs.progress import Reporter, Silent, Terminal
 
 INPUT_HELP = "a measured file (.bsdf, .binary, .bin, .h5), or gold, brushed-aluminium, glazed-ceramic"
+FOLDER_HELP = "a folder of PBR textures"
 BUNDLE_HELP = "a .safetensors bundle, or the folder that a fit wrote"
 
 

@@ -4,28 +4,36 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from typing import Any, get_args
 
-from jaxbrdf.commands.command import INPUT_HELP, add_command, command_line, reporter_of, seed
+from jaxbrdf.commands.command import FOLDER_HELP, INPUT_HELP, add_command, command_line, count, reporter_of, seed
+from jaxbrdf.data.texture_name import Convention
 from jaxbrdf.errors import JaxbrdfError
 from jaxbrdf.fit.presets import PRESETS
 from jaxbrdf.jobs.budget import Budget
 from jaxbrdf.jobs.fit import FitResult, fit
-from jaxbrdf.jobs.fit_config import FitConfig, output_paths
+from jaxbrdf.jobs.fit_config import FitConfig, output_paths, surface_paths
 from jaxbrdf.jobs.judge import METRICS
 from jaxbrdf.jobs.search import candidates_folder, search
-from jaxbrdf.models.table import NAMES
+from jaxbrdf.jobs.source import is_texture_folder
+from jaxbrdf.jobs.surface_config import SurfaceFitConfig
+from jaxbrdf.jobs.surface_fit import fit_surface
+from jaxbrdf.models.table import NAMES, SPATIAL
 from jaxbrdf.report import text
 
 DEFAULT_MODEL, DEFAULT_METRIC = "gated", "smape"
+
+SURFACE_OPTIONS = ("size", "normals", "resample")
+HOMOGENEOUS_OPTIONS = ("paper_sizes", "conserve_energy", "no_sampler", "max_ns", "max_error", "metric")
 
 
 def add_fit(commands: Any) -> None:
     """The command that fits a material."""
     command = add_command(commands, "fit", "fit a small model to a material", run_fit, text.fit_report)
-    command.add_argument("input", metavar="INPUT", help=INPUT_HELP)
+    command.add_argument("input", metavar="INPUT|FOLDER", help=f"{INPUT_HELP}; or {FOLDER_HELP}")
     command.add_argument("-o", "--output", required=True, metavar="OUT", help="a folder, or a .safetensors file's name")
-    command.add_argument("--model", help=f"one of {', '.join(NAMES)} (default {DEFAULT_MODEL})")
+    names = f"one of {', '.join(NAMES)}; of a texture set one of {', '.join(SPATIAL)}"
+    command.add_argument("--model", help=f"{names} (default {DEFAULT_MODEL})")
     command.add_argument("--paper-sizes", action="store_true", help="the model exactly as its paper has it")
     add_recipe(command)
     command.add_argument("--resume", action="store_true", help="go on from the checkpoint beside OUT")
@@ -33,6 +41,7 @@ def add_fit(commands: Any) -> None:
     command.add_argument("--conserve-energy", action="store_true", help="reflect no more light than there is")
     command.add_argument("--no-sampler", action="store_true", help="leave out what draws light in renderers")
     _add_budget(command)
+    _add_surface(command)
 
 
 def add_recipe(command: argparse.ArgumentParser) -> None:
@@ -51,8 +60,18 @@ def _add_budget(command: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_surface(command: argparse.ArgumentParser) -> None:
+    surface = command.add_argument_group("a texture set", "fit a model of all places and scales")
+    surface.add_argument("--size", type=count, metavar="N", help="texels along the longer side (default: the files')")
+    surface.add_argument("--normals", choices=get_args(Convention), help="of the normal map, over what its name says")
+    surface.add_argument("--resample", action="store_true", help="maps of other sizes to that of the base colour")
+
+
 def run_fit(options: argparse.Namespace) -> dict[str, Any]:
     """Fits one model, or the one that a budget leads to."""
+    if is_texture_folder(options.input):
+        return _result(_run_surface(_surface_config(options), options))
+    _refuse(options, SURFACE_OPTIONS, "only for a folder of textures")
     budget = _budget(options)
     config = FitConfig(
         source=options.input,
@@ -67,9 +86,48 @@ def run_fit(options: argparse.Namespace) -> dict[str, Any]:
         conserve_energy=options.conserve_energy,
         sampler=not options.no_sampler,
     )
-    result = _run(config, options) if budget is None else _run_search(config, budget, options)
+    return _result(_run(config, options) if budget is None else _run_search(config, budget, options))
+
+
+def _result(result: FitResult) -> dict[str, Any]:
     files = {name: str(path) for name, path in result.paths._asdict().items() if name != "checkpoint"}
     return {"files": files, **result.report}
+
+
+def _surface_config(options: argparse.Namespace) -> SurfaceFitConfig:
+    _refuse(options, HOMOGENEOUS_OPTIONS, "not for a folder of textures")
+    return SurfaceFitConfig(
+        source=options.input,
+        output=options.output,
+        model=options.model or DEFAULT_MODEL,
+        preset=options.preset,
+        size=options.size,
+        normals=options.normals,
+        resample=options.resample,
+        seed=options.seed,
+        budget_seconds=options.budget_seconds,
+        resume=options.resume,
+        precision=options.precision,
+    )
+
+
+def _refuse(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:
+    for name in names:
+        if getattr(options, name) not in (None, False):
+            raise JaxbrdfError(f"--{name.replace('_', '-')} is {reason}")
+
+
+def _run_surface(config: SurfaceFitConfig, options: argparse.Namespace) -> FitResult:
+    try:
+        return fit_surface(config, reporter_of(options))
+    except KeyboardInterrupt:
+        if surface_paths(config.output).checkpoint.exists():
+            given = {
+                name: getattr(options, name) for name in ("model", "preset", "seed", "precision", *SURFACE_OPTIONS)
+            }
+            again = command_line(["fit", config.source, "-o", config.output], {**given, "resume": True})
+            print(f"the checkpoint is kept; to go on:\n  {again}", file=sys.stderr)
+        raise
 
 
 def _budget(options: argparse.Namespace) -> Budget | None:

@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 from typing import Any
 
-from jaxbrdf.commands.command import BUNDLE_HELP, INPUT_HELP, add_command, count, number, seed
+from jaxbrdf.commands.command import BUNDLE_HELP, FOLDER_HELP, INPUT_HELP, add_command, count, number, seed
 from jaxbrdf.errors import JaxbrdfError
 from jaxbrdf.jobs.render import STUDIO, render
 from jaxbrdf.render.plane import PlaneView
@@ -22,7 +22,7 @@ MOST_SLANTED = 89.0
 def add_render(commands: Any) -> None:
     """The command that makes a picture."""
     command = add_command(commands, "render", "render a sphere or a plane of a material", run_render, text.written)
-    says = f"{BUNDLE_HELP}; or {INPUT_HELP}; or, for a plane, a folder of PBR textures"
+    says = f"{BUNDLE_HELP}; or {INPUT_HELP}; or, for a plane, {FOLDER_HELP}"
     command.add_argument("source", metavar="BUNDLE|INPUT", help=says)
     command.add_argument("--env", default=STUDIO, metavar="MAP", help="an .hdr or .exr map, studio (default) or sun")
     command.add_argument("-o", "--output", required=True, metavar="OUT", help="an .exr or .png file's name")

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
 
-def named_leaves(tree: Any) -> dict[str, Any]:
-    """Leaves by their place in the tree, such as `mlp.weights.0`, in flattening order."""
-    leaves = jax.tree_util.tree_flatten_with_path(tree)[0]
+def named_leaves(tree: Any, *, is_leaf: Callable[[Any], bool] | None = None) -> dict[str, Any]:
+    """Leaves by their place in the tree, such as `mlp.weights.0`, in flattening order.
+
+    Args:
+        tree: of any records.
+        is_leaf: whether a node is taken whole.
+    """
+    leaves = jax.tree_util.tree_flatten_with_path(tree, is_leaf=is_leaf)[0]
     return {jax.tree_util.keystr(path, simple=True, separator="."): leaf for path, leaf in leaves}
 
 

@@ -53,12 +53,26 @@ def write(picture: np.ndarray) -> bytes:
     """
     if picture.ndim != 3 or picture.shape[2] != 3 or picture.size == 0:
         raise ValueError(f"picture is {picture.shape}; should be (H, W, 3)")
-    pixels = picture if picture.dtype == np.float16 else picture.astype(np.float32)
-    planes = {name: np.ascontiguousarray(pixels[..., i]) for i, name in enumerate("RGB")}
+    return write_planes({name: picture[..., i] for i, name in enumerate("RGB")})
+
+
+def write_planes(planes: dict[str, np.ndarray]) -> bytes:
+    """The bytes of an `.exr` file of named channels `(H, W)`: float16 stays half, all else becomes single.
+
+    Raises:
+        ValueError: if there is none, they differ in size or have no pixels.
+    """
+    shapes = {plane.shape for plane in planes.values()}
+    if len(shapes) != 1 or any(len(shape) != 2 or 0 in shape for shape in shapes):
+        raise ValueError(f"channels are of the shapes {sorted(shapes)}; should be of one (H, W)")
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     stream = io.BytesIO()
-    OpenEXR.File(header, planes, num_threads=THREADS).write(stream)
+    OpenEXR.File(header, {name: _stored(plane) for name, plane in planes.items()}, num_threads=THREADS).write(stream)
     return stream.getvalue()
+
+
+def _stored(plane: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(plane, np.float16 if plane.dtype == np.float16 else np.float32)
 
 
 def _open(content: bytes, path: str | PathLike[str], *, header_only: bool) -> OpenEXR.File:

@@ -24,6 +24,7 @@ from jaxbrdf.export.manifest import Manifest, build_brdf, from_json, to_json
 from jaxbrdf.export.parts import FORMS, Parts, part_arrays, parts_of
 from jaxbrdf.models.table import first_params
 from jaxbrdf.texture.angular import close_centre, is_texture
+from jaxbrdf.texture.pyramid import is_pyramid
 from jaxbrdf.types import Material, Params
 
 METADATA_KEY = "jaxbrdf"
@@ -49,12 +50,12 @@ def to_bytes(bundle: Bundle, *, precision: Precision = "float32") -> bytes:
     Raises:
         ValueError: naming an array that does not belong to the model, is not finite or exceeds the precision's range.
     """
-    arrays = named_leaves(_closed(bundle.params))
+    arrays, textures = named_leaves(_closed(bundle.params)), _textures(bundle.params)
     shapes = _shapes(named_leaves(_template(bundle.manifest)))
     if _shapes(arrays) != shapes:
         raise ValueError(f"params are {_shapes(arrays)}, the config of {bundle.manifest.model} wants {shapes}")
     narrow, full = np.dtype(precision), np.dtype("float32")
-    stored = {name: _narrow(name, array, narrow if is_texture(array) else full) for name, array in arrays.items()}
+    stored = {name: _narrow(name, array, narrow if name in textures else full) for name, array in arrays.items()}
     stored |= part_arrays(bundle.parts)
     return safetensors.numpy.save(stored, metadata={METADATA_KEY: to_json(bundle.manifest)})
 
@@ -105,6 +106,13 @@ def material(bundle: Bundle) -> Material:
 
 def _closed(params: Params) -> Params:
     return jax.tree.map(lambda leaf: np.asarray(close_centre(leaf) if is_texture(leaf) else leaf), params)
+
+
+def _textures(params: Params) -> set[str]:
+    """Names of the arrays of texels."""
+    nodes = named_leaves(params, is_leaf=is_pyramid)
+    flat = {name for name, node in nodes.items() if not is_pyramid(node) and is_texture(node)}
+    return flat | {f"{name}.texels" for name, node in nodes.items() if is_pyramid(node)}
 
 
 def _template(manifest: Manifest) -> Params:

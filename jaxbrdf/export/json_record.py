@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 LONGEST_TUPLE = 32
 
@@ -22,7 +23,8 @@ def from_plain(kind: Any, value: Any, at: str) -> Any:
     """The value of type `kind` that a JSON value says; inverse of `to_plain`.
 
     Args:
-        kind: a record, `tuple[X, ...]`, `dict[str, X]`, bool, int, float or str.
+        kind: a record, `tuple[X, ...]`, `dict[str, X]`, a `Literal` of strings, bool, int, float or str, or one of
+            these or None.
         value: what `json.loads` gave.
         at: the value's name, for the message.
 
@@ -39,6 +41,11 @@ def from_plain(kind: Any, value: Any, at: str) -> Any:
     if get_origin(kind) is dict:
         items = _expect(dict, value, at).items()
         return {name: from_plain(get_args(kind)[1], item, f"{at}.{name}") for name, item in items}
+    if get_origin(kind) is Literal:
+        return _choice(get_args(kind), value, at)
+    if get_origin(kind) is UnionType:
+        kind, _ = get_args(kind)
+        return None if value is None else from_plain(kind, value, at)
     return _scalar(kind, value, at)
 
 
@@ -54,6 +61,12 @@ def _record(kind: type, value: Any, at: str) -> Any:
     for name in sorted(found.keys() - fields.keys()):
         raise ValueError(f"{at} has an unknown entry {name!r:.40}")
     return kind(**{name: from_plain(hint, found[name], f"{at}.{name}") for name, hint in fields.items()})
+
+
+def _choice(names: tuple[str, ...], value: Any, at: str) -> str:
+    if type(value) is not str or value not in names:
+        raise ValueError(f"{at} is {value!r:.40}, not one of {', '.join(names)}")
+    return value
 
 
 def _scalar(kind: type, value: Any, at: str) -> Any:

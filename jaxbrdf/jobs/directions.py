@@ -1,10 +1,11 @@
-"""The directions that a user hands to `jaxbrdf eval`: arrays `wi` and `wo` in an .npz file."""
+"""The queries that a user hands to `jaxbrdf eval`: arrays `wi`, `wo` and perhaps `uv`, `footprint` in an .npz."""
 
 from __future__ import annotations
 
 import io
 import math
 import zipfile
+from typing import NamedTuple
 from zipfile import ZipFile
 
 import numpy as np
@@ -21,8 +22,23 @@ MOST_OFF_ONE = 1e-3
 """Of a vector's length; single precision alone stays below 1e-6."""
 
 
-def read_directions(path: str) -> tuple[np.ndarray, np.ndarray]:
-    """The arrays `wi` and `wo` of an .npz file, float32 `(N, 3)` unit vectors.
+class Queries(NamedTuple):
+    """Arrays of an .npz file, float32.
+
+    Attributes:
+        wi, wo: unit vectors `(N, 3)`.
+        uv: `(N, 2)`, or None where there is no such array.
+        footprint: `(N, 2, 2)`, or None.
+    """
+
+    wi: np.ndarray
+    wo: np.ndarray
+    uv: np.ndarray | None
+    footprint: np.ndarray | None
+
+
+def read_queries(path: str) -> Queries:
+    """The arrays `wi`, `wo`, `uv` and `footprint` of an .npz file, of which it may lack the last two.
 
     Raises:
         DataError: naming the first thing that is wrong.
@@ -30,10 +46,26 @@ def read_directions(path: str) -> tuple[np.ndarray, np.ndarray]:
     content = data_input.read(path)
     if not content.startswith(b"PK"):
         raise DataError(path, "is not an .npz file")
-    wi, wo = (_checked(path, name, _array(path, name, content)) for name in ("wi", "wo"))
-    if wi.shape != wo.shape:
-        raise DataError(path, f"wi is {wi.shape} and wo {wo.shape}; they must be the same")
-    return wi, wo
+    wi, wo = (_unit(path, name, _array(path, name, content)) for name in ("wi", "wo"))
+    uv, footprint = (
+        _checked(path, name, _array(path, name, content), shape) if _has(path, name, content) else None
+        for name, shape in (("uv", (2,)), ("footprint", (2, 2)))
+    )
+    counts = {name: len(array) for name, array in Queries(wi, wo, uv, footprint)._asdict().items() if array is not None}
+    if len(set(counts.values())) > 1:
+        told = ", ".join(f"{name} {count}" for name, count in counts.items())
+        raise DataError(path, f"its arrays have different lengths: {told}")
+    if footprint is not None and uv is None:
+        raise DataError(path, "has an array footprint, but no uv where it would lie")
+    return Queries(wi, wo, uv, footprint)
+
+
+def _has(path: str, name: str, content: bytes) -> bool:
+    try:
+        with ZipFile(io.BytesIO(content)) as archive:
+            return f"{name}.npy" in archive.namelist()
+    except zipfile.BadZipFile as error:
+        raise DataError(path, f"is not an .npz file: {error}") from None
 
 
 def _array(path: str, name: str, content: bytes) -> np.ndarray:
@@ -64,14 +96,20 @@ def _member(archive: ZipFile, member: zipfile.ZipInfo, size: int) -> np.ndarray:
     return np.lib.format.read_array(stream, allow_pickle=False)
 
 
-def _checked(path: str, name: str, array: np.ndarray) -> np.ndarray:
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise DataError(path, f"{name} has shape {array.shape}, not (N, 3)")
+def _checked(path: str, name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    if array.shape[1:] != shape or array.ndim == 0:
+        wanted = ", ".join(["N", *map(str, shape)])
+        raise DataError(path, f"{name} has shape {array.shape}, not ({wanted})")
     if array.dtype.kind != "f":
         raise DataError(path, f"{name} is {array.dtype}, not a floating-point array")
     if not np.isfinite(array).all():
         raise DataError(path, f"{name} is not finite")
+    return array.astype(np.float32)
+
+
+def _unit(path: str, name: str, array: np.ndarray) -> np.ndarray:
+    checked = _checked(path, name, array, (3,))
     worst = np.abs(np.linalg.norm(array.astype(np.float64), axis=1) - 1.0).max(initial=0.0)
     if worst > MOST_OFF_ONE:
         raise DataError(path, f"{name} holds a vector whose length is {worst:.3g} off one")
-    return array.astype(np.float32)
+    return checked

@@ -12,7 +12,7 @@ from jaxbrdf.errors import FitError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.jobs import judge
 from jaxbrdf.jobs.finishing import Finished, finished
-from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, output_paths, prepare_output
+from jaxbrdf.jobs.fit_config import FitConfig, FitPaths, SurfacePaths, output_paths, prepare_output
 from jaxbrdf.jobs.fitting import Judged, bundle_of, problem_of, solved, task_of
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.jobs.reference import Reference, open_reference
@@ -32,7 +32,7 @@ class FitResult(NamedTuple):
         report: as written in the report's file.
     """
 
-    paths: FitPaths
+    paths: FitPaths | SurfacePaths
     report: dict[str, Any]
 
 

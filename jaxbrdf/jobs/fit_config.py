@@ -81,7 +81,22 @@ def output_paths(output: str) -> FitPaths:
     return FitPaths(bundle, *(folder / f"{stem}{suffix}" for suffix in suffixes))
 
 
-def prepare_output(paths: FitPaths) -> None:
+class SurfacePaths(NamedTuple):
+    """The files of a surface's fit: its result, report and picture, and the checkpoint while it runs."""
+
+    bundle: Path
+    report: Path
+    picture: Path
+    checkpoint: Path
+
+
+def surface_paths(output: str) -> SurfacePaths:
+    """Where a surface's fit writes, as `output_paths`."""
+    paths = output_paths(output)
+    return SurfacePaths(paths.bundle, paths.report, paths.picture, paths.checkpoint)
+
+
+def prepare_output(paths: FitPaths | SurfacePaths) -> None:
     """Makes the folder and tries to write each file, before any work is done.
 
     Raises:

@@ -24,7 +24,7 @@ def info(name: str) -> dict[str, Any]:
     """
     if is_texture_folder(name):
         return _of_textures(Path(name))
-    source = open_source(name)
+    source = open_source(name, surfaces=True)
     return _of_bundle(source.bundle) if source.bundle is not None else _of_material(source)
 
 
@@ -55,4 +55,6 @@ def _of_bundle(bundle: Bundle) -> dict[str, Any]:
     numbers = int(sum(np.size(leaf) for leaf in jax.tree.leaves(bundle.params)))
     parts = [name for name, part in bundle.parts._asdict().items() if part is not None]
     described = {"isotropic": bundle.manifest.isotropic, "parameters": numbers, "parts": parts}
-    return {"kind": "bundle", **described, "largest_albedo": largest_albedo(bundle), **fields}
+    if not bundle.manifest.is_spatial:
+        described["largest_albedo"] = largest_albedo(bundle)
+    return {"kind": "bundle", **described, **fields}

@@ -86,7 +86,7 @@ def _plane(key: jax.Array, source: str, env: str, view: PlaneView, samples: int)
     if at_points:
         _, material = surface_of(Path(source).resolve().name, read_folder(source))
     else:
-        material = open_source(source).material
+        material = open_source(source, surfaces=True).material
     if env == SUN:
         return plane_directional(key, material, view, SUN_ON_FLOOR, samples=samples if at_points else None)
     return plane_environment(key, material, view, load_environment(env), samples=samples, at_points=at_points)

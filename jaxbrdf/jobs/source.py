@@ -34,17 +34,21 @@ class Source(NamedTuple):
     bundle: Bundle | None
 
 
-def open_source(name: str) -> Source:
+def open_source(name: str, *, surfaces: bool = False) -> Source:
     """The material that `name` stands for.
 
+    Args:
+        name: a file, a fit's folder or a built-in material.
+        surfaces: whether a bundle may vary over a surface, so that its queries need texture coordinates.
+
     Raises:
-        DataError: if it is neither a readable file nor a built-in material's name.
+        DataError: if it is neither a readable file nor a built-in material's name, or a surface that is not wanted.
     """
     if name in builtin.MATERIALS:
         return Source(builtin.MATERIALS[name](), None, "", None)
     path = Path(name)
     if is_bundle(path):
-        bundle = open_bundle(name)
+        bundle = open_bundle(name, surfaces=surfaces)
         return Source(bundles.material(bundle), bundle_path(path), "", bundle)
     if path.suffix == "" and not os.path.exists(path):
         raise DataError(name, f"no such file, and not a built-in material ({', '.join(builtin.MATERIALS)})")
@@ -73,15 +77,20 @@ def bundle_path(path: Path) -> Path:
     return path / BUNDLE_NAME if os.path.isdir(path) else path
 
 
-def open_bundle(name: str) -> Bundle:
-    """The bundle at a path.
+def open_bundle(name: str, *, surfaces: bool = False) -> Bundle:
+    """The bundle at a path, as `open_source` takes it.
 
     Raises:
-        DataError: if there is none, or it is not sound.
+        DataError: if there is none, or it is not sound, or a surface that is not wanted.
     """
     if name in builtin.MATERIALS:
         raise DataError(name, "is a built-in material; a bundle is needed here")
     path = Path(name)
     if not is_bundle(path):
         raise DataError(name, f"is not a bundle (a {BUNDLE_SUFFIX} file, or a folder with {BUNDLE_NAME})")
-    return bundles.load(bundle_path(path))
+    bundle = bundles.load(bundle_path(path))
+    if bundle.manifest.is_spatial and not surfaces:
+        raise DataError(
+            name, f"varies over a surface ({bundle.manifest.model}): what is wanted here is one reflectance"
+        )
+    return bundle

@@ -7,25 +7,37 @@ from functools import partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pyopencl as cl
 
 from jaxbrdf.checks.chi_square import chi_square_of_draws, expected_mass, significance_of_each
-from jaxbrdf.checks.parity import ABSOLUTE, RELATIVE, demanding_queries, jax_densities, jax_values, opencl_parity
+from jaxbrdf.checks.parity import (
+    ABSOLUTE,
+    RELATIVE,
+    demanding_queries,
+    jax_densities,
+    jax_values,
+    opencl_parity,
+    placed,
+)
 from jaxbrdf.checks.partition import partition_around
 from jaxbrdf.checks.precision import coordinate_slack
 from jaxbrdf.checks.suite import SIGNIFICANCE, STEPS, VIEWERS, Subject, Verdict, run_checks, viewer
 from jaxbrdf.errors import DataError, OpenCLError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.jobs.progress import Reporter
+from jaxbrdf.jobs.progress import Reporter, Tell
 from jaxbrdf.jobs.source import Source, is_bundle_content, open_source
-from jaxbrdf.models.table import MODELS, is_reciprocal
+from jaxbrdf.models.table import LEARNED, is_reciprocal
 from jaxbrdf.opencl.platform import choose, context_of
 from jaxbrdf.opencl.sampler import Sampler
-from jaxbrdf.types import Query
+from jaxbrdf.types import Brdf, Query
 
 SEED = 20_260_102
+
+PLACES = {"fine": ((0.37, 0.61), 0.0), "middle": ((0.37, 0.61), 1.0 / 16.0), "far": ((0.37, 0.61), 2.0)}
+"""Of a surface: uv, and the side of a footprint in uv, from a point to all of the texture."""
 
 
 def stability(name: str, reporter: Reporter) -> dict[str, Any]:
@@ -37,18 +49,51 @@ def stability(name: str, reporter: Reporter) -> dict[str, Any]:
         DataError: if there is nothing to be checked.
     """
     try:
-        source = open_source(name)
+        source = open_source(name, surfaces=True)
     except DataError as error:
         if not is_bundle_content(name):
             raise
         return _result(name, [Verdict("file", False, 1.0, 0.0, error.fault)])
-    with reporter.steps(f"checking {source.material.name}", len(STEPS) + 1) as tell:
-        verdicts = run_checks(jax.random.key(SEED), _subject(source), tell=tell)
+    subjects = _subjects(source)
+    with reporter.steps(f"checking {source.material.name}", len(subjects) * len(STEPS) + 1) as tell:
+        verdicts: list[Verdict] = []
+        for index, (place, subject) in enumerate(subjects.items()):
+            told = partial(_tell_from, tell, index * len(STEPS))
+            found = run_checks(jax.random.key(SEED), subject, tell=told)
+            verdicts += [verdict._replace(check=f"{place}{verdict.check}") for verdict in found]
         if source.bundle is not None:
-            tell(len(STEPS), "opencl")
+            tell(len(subjects) * len(STEPS), "opencl")
             verdicts = [Verdict("file", True, 0.0, 0.0, "sound"), *verdicts, *_device(source.bundle)]
-        tell(len(STEPS) + 1, "")
+        tell(len(subjects) * len(STEPS) + 1, "")
     return _result(source.material.name, verdicts)
+
+
+def _tell_from(tell: Tell, first: int, done: int, note: str) -> None:
+    tell(first + done, note)
+
+
+def _subjects(source: Source) -> dict[str, Subject]:
+    """What is checked, by what goes before the checks' names: of a surface its reflectance at `PLACES`."""
+    subject = _subject(source)
+    if source.bundle is None or not source.bundle.manifest.is_spatial:
+        return {"": subject}
+    return {f"{name}: ": _placed(subject, *place) for name, place in PLACES.items()}
+
+
+def _placed(subject: Subject, uv: tuple[float, float], size: float) -> Subject:
+    """The reflectance of one place under a round footprint."""
+    brdf, slack = subject.material.brdf, subject.slack
+
+    def at(query: Query) -> Query:
+        batch, kind = query.wi.shape[:-1], query.wi.dtype
+        footprint = jnp.broadcast_to(jnp.asarray(size * np.eye(2), kind), (*batch, 2, 2))
+        return query._replace(uv=jnp.broadcast_to(jnp.asarray(uv, kind), (*batch, 2)), footprint=footprint)
+
+    at_place = Brdf(lambda params, query: brdf.eval(params, at(query)))
+    return subject._replace(
+        material=subject.material._replace(brdf=at_place),
+        slack=None if slack is None else lambda query: slack(at(query)),
+    )
 
 
 def _subject(source: Source) -> Subject:
@@ -57,8 +102,8 @@ def _subject(source: Source) -> Subject:
         return Subject(source.material)
     manifest, params, parts = source.bundle
     slack = None
-    if manifest.model in MODELS:
-        slack = partial(coordinate_slack, MODELS[manifest.model].build(manifest.config), params)
+    if manifest.model in LEARNED:
+        slack = partial(coordinate_slack, LEARNED[manifest.model].build(manifest.config), params)
     reciprocal, conserving = is_reciprocal(manifest.model), parts.scale is not None
     return Subject(source.material, reciprocal=reciprocal, conserving=conserving, slack=slack)
 
@@ -66,6 +111,8 @@ def _subject(source: Source) -> Subject:
 def _device(bundle: Bundle) -> list[Verdict]:
     """The bundle's kernel against JAX in float64, where there is a device."""
     query = demanding_queries(jax.random.key(SEED), count=4096)
+    if bundle.manifest.is_spatial:
+        query = placed(jax.random.key(SEED + 1), query, bundle.manifest.config.latents.layout)
     verdicts = []
     with contextlib.suppress(OpenCLError):
         device = choose()

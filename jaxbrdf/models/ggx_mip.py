@@ -19,13 +19,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.scipy.special import logit
 
 from jaxbrdf.brdf.lambert import LAMBERT, LambertParams
 from jaxbrdf.brdf.microfacet import MICROFACET, MicrofacetParams
 from jaxbrdf.brdf.normal_mapped import NormalMappedParams, reciprocal_normal_mapped
 from jaxbrdf.core.fresnel import Schlick
 from jaxbrdf.core.ggx import Ggx
-from jaxbrdf.core.numerics import safe_normalize
+from jaxbrdf.core.numerics import safe_divide, safe_normalize
 from jaxbrdf.core.roughness import LEAST_FILTERED, Tensor, largest_c
 from jaxbrdf.models import spatial
 from jaxbrdf.models.spatial import LatentTexture, SpatialCoordinates
@@ -39,6 +40,10 @@ LEAST_VALUE = 1e-12
 
 FIRST_SPECULAR, FIRST_ROUGHNESS = -3.2, -1.1
 """Logits of 0.04, a dielectric's, and of 0.25."""
+
+LOGIT_RANGE = (1e-3, 0.999)
+"""Of shares that raw numbers are found for: beyond it a sigmoid's slope is less than a thousandth, and a texel that
+starts there would hardly move."""
 
 FIRST_HEIGHT = float(np.log(np.expm1(1.0)))
 """Of which softplus is one."""
@@ -102,6 +107,29 @@ def valid(numbers: jax.Array) -> NormalMappedParams:
     body = LambertParams(jax.nn.sigmoid(diffuse).T)
     upward = jnp.stack([normal[0], normal[1], jax.nn.softplus(FIRST_HEIGHT + normal[2])], axis=-1)
     return NormalMappedParams(safe_normalize(upward), BodyAndLobe(body, lobe))
+
+
+def raw_numbers(specular: jax.Array, diffuse: jax.Array, tilt: jax.Array, roughness: Tensor) -> jax.Array:
+    """The inverse of `valid`, `(n, 12)`, of values that it can give, or of the nearest within `LOGIT_RANGE`.
+
+    Args:
+        specular, diffuse: colours `(n, 3)`.
+        tilt: x / z and y / z of the normal, `(n, 2)`.
+        roughness: the matrix, entries `(n,)`.
+    """
+    a, b = (jnp.clip((x - LEAST_FILTERED) / (1.0 - LEAST_FILTERED), *LOGIT_RANGE) for x in roughness[:2])
+    largest = largest_c(*(LEAST_FILTERED + (1.0 - LEAST_FILTERED) * x for x in (a, b)), least=LEAST_FILTERED)
+    share = jnp.clip(safe_divide(roughness.c, largest), -LOGIT_RANGE[1], LOGIT_RANGE[1])
+    return jnp.concatenate(
+        [
+            logit(jnp.clip(specular, *LOGIT_RANGE)) - FIRST_SPECULAR,
+            logit(jnp.clip(diffuse, *LOGIT_RANGE)),
+            tilt,
+            jnp.zeros_like(tilt[:, :1]),
+            jnp.stack([logit(a) - FIRST_ROUGHNESS, logit(b) - FIRST_ROUGHNESS, jnp.arctanh(share)], axis=1),
+        ],
+        axis=1,
+    )
 
 
 def _tensor(numbers: jax.Array) -> Tensor:

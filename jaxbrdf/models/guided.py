@@ -53,9 +53,9 @@ def guided(params: Any, features: jax.Array) -> Any:
 
 def _standardised(x: jax.Array) -> jax.Array:
     """Columns of mean zero and deviation one; zero where nothing varies."""
-    deviation = jnp.std(x, axis=0)
+    deviation = jnp.std(x, axis=0, keepdims=True)
     varies = deviation > LEAST_DEVIATION
-    return jnp.where(varies, (x - jnp.mean(x, axis=0)) / jnp.where(varies, deviation, 1.0), 0.0)
+    return jnp.where(varies, (x - jnp.mean(x, axis=0, keepdims=True)) / jnp.where(varies, deviation, 1.0), 0.0)
 
 
 def _principal(x: jax.Array, count: int) -> jax.Array:

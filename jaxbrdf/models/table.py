@@ -97,23 +97,31 @@ ANALYTIC: dict[str, AnalyticEntry] = {
     "principled": AnalyticEntry(PrincipledConfig, principled, start_principled, "principled"),
 }
 
+SPATIAL_MODELS = {entry.bundle: entry for entry in SPATIAL.values()}
+"""The same by their names in bundles."""
+
+LEARNED: dict[str, ModelEntry | SpatialEntry] = {**MODELS, **SPATIAL_MODELS}
+
 NAMES = (*MODELS, *ANALYTIC)
 """Of all that can be fitted to a homogeneous material."""
+
+BUNDLED = (*NAMES, *SPATIAL_MODELS)
+"""Of all that a bundle may hold."""
 
 
 def config_of(name: str) -> Callable[..., Any]:
     """The frozen dataclass that says what the model of this name has."""
-    return MODELS[name].config if name in MODELS else ANALYTIC[name].config
+    return LEARNED[name].config if name in LEARNED else ANALYTIC[name].config
 
 
 def brdf_of(name: str, config: Any) -> Brdf:
     """The model's reflectance; an analytic one can be sampled."""
-    return Brdf(MODELS[name].build(config).eval) if name in MODELS else ANALYTIC[name].build(config)
+    return Brdf(LEARNED[name].build(config).eval) if name in LEARNED else ANALYTIC[name].build(config)
 
 
 def is_reciprocal(name: str) -> bool:
     """Whether the model of this name gives f(wi, wo) = f(wo, wi) by construction; analytic ones do."""
-    return name in ANALYTIC or MODELS[name].is_reciprocal
+    return name in ANALYTIC or LEARNED[name].is_reciprocal
 
 
 def kernel_of(name: str) -> str:
@@ -123,4 +131,4 @@ def kernel_of(name: str) -> str:
 
 def first_params(key: jax.Array, name: str, config: Any) -> Params:
     """Random parameters, as a fit may start from."""
-    return MODELS[name].build(config).init(key) if name in MODELS else ANALYTIC[name].start(key, config)
+    return LEARNED[name].build(config).init(key) if name in LEARNED else ANALYTIC[name].start(key, config)

@@ -49,12 +49,12 @@ class ZeltnerParams(NamedTuple):
 
     Attributes:
         s: the pyramid of latents.
-        frames: `(channels, 6 N)`, without bias.
+        frame: `(channels, 6 N)`, without bias.
         mlp: the decoder.
     """
 
     s: Pyramid
-    frames: jax.Array
+    frame: jax.Array
     mlp: mlp.Mlp
 
 
@@ -72,7 +72,7 @@ def zeltner(config: ZeltnerConfig) -> Model:
 
     def decode(params: ZeltnerParams, coordinates: SpatialCoordinates) -> jax.Array:
         z = spatial.latents_at(params.s, coordinates, probes=config.latents.probes)
-        of_each = [frame_of(numbers) for numbers in jnp.split(params.frames.T @ z, frames)]
+        of_each = [frame_of(numbers) for numbers in jnp.split(params.frame.T @ z, frames)]
         directions = [seen(frame, w) for frame in of_each for w in (coordinates.wi, coordinates.wo)]
         return mlp.apply(params.mlp, jnp.concatenate([*directions, z]))
 

@@ -42,11 +42,14 @@ class Collection(NamedTuple):
 
         Raises:
             DataError: if a file is not a sound bundle.
-            ValueError: if there is none, or the prefix is not an identifier.
+            ValueError: if there is none, one varies over a surface, or the prefix is not an identifier.
         """
         if not materials or not prefix.isidentifier():
             raise ValueError(f"{len(materials)} materials named {prefix!r}: one at least, and an identifier")
         loaded = [m if isinstance(m, Bundle) else bundles.load(m) for m in materials]
+        for index, bundle in enumerate(loaded):
+            if bundle.manifest.is_spatial:
+                raise ValueError(f"material {index} varies over a surface, which a collection does not choose among")
         precision = common_precision(loaded)
         packed = [parameters(bundle, INLINE, precision) for bundle in loaded]
         offsets, values = _joined([p.values for p in packed])

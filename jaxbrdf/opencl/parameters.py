@@ -12,22 +12,18 @@ from jaxbrdf.export.bundle import Bundle, Precision
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.table import ANALYTIC
 from jaxbrdf.models.warp import RadialWarp, shares_and_exponents
-from jaxbrdf.opencl import analytic
+from jaxbrdf.opencl import analytic, surface
 from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.opencl.source import check_effects
+from jaxbrdf.opencl.surface import LOG2_E, padded
 from jaxbrdf.texture.angular import close_centre, is_texture
-
-BLOCK = 8
-"""Channels that a lookup reads at once: texels are padded to whole blocks."""
+from jaxbrdf.texture.pyramid import is_pyramid
 
 ALIGNMENT = 16
 """Floats between which texels may begin: a cache line."""
 
 LARGEST = 2**31
 """Elements of all textures together: kernels count them in 32 bits."""
-
-LOG2_E = float(np.log2(np.e))
-"""Kernels compute 2^x: hidden layers give -log2(e) x, which SiLU needs, and the last one log2(f)."""
 
 EXP2_RANGE = 125.0
 """Within which kernels take 2^x without clamps: [-126, 127], less what rounding may add."""
@@ -58,7 +54,7 @@ def stored_precision(bundle: Bundle) -> Precision:
 
 def common_precision(bundles: Sequence[Bundle]) -> Precision:
     """float16 where that holds every texel of all bundles exactly; float32 too where there is none."""
-    textures = [leaf for bundle in bundles for leaf in _fields(bundle).values() if _is_texture(leaf)]
+    textures = [texels for bundle in bundles for texels in _all_texels(_fields(bundle))]
     with np.errstate(over="ignore"):
         exact = all(np.array_equal(texture.astype(np.float16), texture) for texture in textures)
     return "float16" if textures and exact else "float32"
@@ -76,17 +72,24 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
         return _of_analytic(bundle, macros)
     fields = _fields(bundle)
     check_effects(bundle.manifest.model, [name for name, value in fields.items() if value is not None])
+    inputs = _inputs(fields)
+    if bundle.manifest.is_spatial:
+        own = surface.prepared(bundle.manifest.config, fields)
+        macros, fields, inputs = macros | own.macros, own.fields, None
     weights, texels = _Writer(), _Writer()
     for name, value in fields.items():
         place = f"JB_{name.upper()}"
         if isinstance(value, Mlp):
-            mlp, inputs = _read_inputs(bundle, value), _inputs(fields)
-            macros |= weights.write(place, *network(mlp, shape, output_scale=LOG2_E, inputs=inputs))
+            scale = LOG2_E if name == "mlp" else 1.0
+            mlp = _read_inputs(bundle, value)
+            macros |= weights.write(place, *network(mlp, shape, place=place, output_scale=scale, inputs=inputs))
         elif isinstance(value, RadialWarp):
             shares = np.concatenate([np.asarray(part) for part in shares_and_exponents(value)])
             macros |= weights.write(place, {f"{place}_TERMS": str(shares.size // 2)}, shares)
         elif _is_texture(value):
             macros |= texels.write(place, *_texture(place, value))
+        elif name == "s":
+            macros |= texels.write(place, {}, value.ravel())
         elif value is not None:
             macros |= weights.write(place, {}, np.reshape(value, 1))
     macros |= _write_scale(bundle, weights)
@@ -139,6 +142,11 @@ def _fields(bundle: Bundle) -> dict[str, Any]:
     return {name: np.asarray(close_centre(v)) if _is_texture(v) else v for name, v in fields.items()}
 
 
+def _all_texels(fields: Mapping[str, Any]) -> list[np.ndarray]:
+    pyramids = [value.texels for value in fields.values() if is_pyramid(value)]
+    return pyramids + [value for value in fields.values() if _is_texture(value)]
+
+
 def _is_texture(value: Any) -> bool:
     return hasattr(value, "ndim") and is_texture(value)
 
@@ -163,6 +171,7 @@ def network(
     mlp: Mlp,
     shape: Shape,
     *,
+    place: str = "JB_MLP",
     activation: str = "silu",
     output_scale: float = 1.0,
     inputs: Range | None = None,
@@ -172,6 +181,7 @@ def network(
     Args:
         mlp: weights `(n_in, n_out)` and biases.
         shape: of the kernel.
+        place: what the macros' names begin with.
         activation: after every layer but the last, `silu` or `relu`.
         output_scale: factor of the outputs.
         inputs: of the first layer, if they are known: SiLU needs no clamps where they cannot leave exp2's range.
@@ -191,7 +201,7 @@ def network(
         for rows in tiles.slices():
             parts += [bias[rows], weight[:, rows].ravel()]
     widest = max(mlp.weights[0].shape[0], *(bias.size for bias in mlp.biases))
-    macros = {"JB_MLP_LAYERS(LAYER)": " ".join(layers), "JB_MLP_WIDEST": str(widest)}
+    macros = {f"{place}_LAYERS(LAYER)": " ".join(layers), f"{place}_WIDEST": str(widest)}
     return macros, np.concatenate(parts).astype(np.float32)
 
 
@@ -226,8 +236,7 @@ def _texture(place: str, texture: np.ndarray) -> tuple[dict[str, str], np.ndarra
     texels = np.moveaxis(texture, 0, -1)
     if n_phi > 1:
         texels = np.concatenate([texels, texels[:, :1]], axis=1)
-    padded = np.pad(texels, ((0, 0), (0, 0), (0, -channels % BLOCK)))
-    return {name: str(value) for name, value in macros.items()}, padded.ravel()
+    return {name: str(value) for name, value in macros.items()}, padded(texels).ravel()
 
 
 def _narrowed(texels: np.ndarray, precision: Precision) -> np.ndarray:

@@ -83,9 +83,21 @@ def scene_pictures(key: jax.Array, material: Material, scene: PlanarScene, *, sa
         samples: points of each footprint for a material at points; None for one that is given footprints.
     """
     pictures = np.empty((*scene.shape, scene.size, scene.size, 3), np.float32)
-    for index, (scale, camera, light) in enumerate(np.ndindex(scene.shape)):
-        view, direction = scene_view(scene, scale, camera), scene_light(scene, camera, light)
-        pictures[scale, camera, light] = plane_directional(
-            jax.random.fold_in(key, index), material, view, direction, samples=samples
-        )
+    for at in np.ndindex(scene.shape):
+        pictures[at] = scene_picture(key, material, scene, at, samples=samples)
     return pictures
+
+
+def scene_picture(
+    key: jax.Array,
+    material: Material,
+    scene: PlanarScene,
+    at: tuple[int, ...],
+    *,
+    samples: int | None = None,
+) -> np.ndarray:
+    """One picture of `scene_pictures`, that of a scale, a camera and a light, `(size, size, 3)`."""
+    scale, camera, light = at
+    view, direction = scene_view(scene, scale, camera), scene_light(scene, camera, light)
+    index = int(np.ravel_multi_index(at, scene.shape))
+    return plane_directional(jax.random.fold_in(key, index), material, view, direction, samples=samples)

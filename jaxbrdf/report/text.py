@@ -11,6 +11,8 @@ ERRORS = (("mae", "MAE"), ("smape", "SMAPE"), ("rmse", "RMSE"), ("log_rmse", "lo
 
 def fit_report(result: dict[str, Any]) -> str:
     """What a fit reached, what it cost and where it is; of a search, what was taken and what was not."""
+    if "planar" in result:
+        return _surface_report(result)
     errors, cost, files = result["errors"], result["cost"], result["files"]
     lines = [f"{title:9s} {errors[name]:.6f} +- {errors[f'{name}_standard_error']:.6f}" for name, title in ERRORS]
     lines.append(f"FLIP      {errors['image_flip']:.4f}   SSIM {errors['image_ssim']:.4f}   (sphere in the studio)")
@@ -22,6 +24,24 @@ def fit_report(result: dict[str, Any]) -> str:
     lines += [f"bundle    {files['bundle']}", f"report    {files['report']}", f"picture   {files['picture']}"]
     lines.append(f"residuals {files['residuals']}")
     return "\n".join([*lines, *_search(result)])
+
+
+def _surface_report(result: dict[str, Any]) -> str:
+    """Of a texture set: errors on the planar scene, beside those of plain mip maps, cost and files."""
+    cost, files = result["cost"], result["files"]
+    lines = [*_planar(result["planar"])]
+    lines.append(f"fitting   {cost['fit_seconds']:.1f} s, compilation {cost['compile_seconds']:.1f} s")
+    return "\n".join([*lines, *(f"{name:9s} {files[name]}" for name in ("bundle", "report", "picture"))])
+
+
+def _planar(report: dict[str, Any]) -> list[str]:
+    scene, materials = report["scene"], report["materials"]
+    lines = [f"planar scene: {scene['scales']} scales, {len(scene['cameras'])} cameras, {len(scene['lights'])} lights"]
+    for name, of in materials.items():
+        flip, ssim = of["flip"], of["ssim"][0]
+        lines.append(f"{name:9s} FLIP {flip[0]:.4f} ({flip[1]:.4f} to {flip[2]:.4f})   SSIM {ssim:.4f}")
+    lines.append(f"noise     FLIP {report['noise']['flip'][0]:.4f} of the reference's own")
+    return [*lines, f"f         MAE {materials['fit']['mae_hdr']:.4f}   RMSE {materials['fit']['rmse_hdr']:.4f}"]
 
 
 def _energy(result: dict[str, Any]) -> str:
@@ -54,7 +74,9 @@ def _rate(nanoseconds: float) -> str:
 
 
 def comparison(report: dict[str, Any]) -> str:
-    """A table of errors, one column for each of the compared."""
+    """A table of errors, one column for each of the compared; of a surface, its errors on the planar scene."""
+    if "planar" in report:
+        return "\n".join(_planar(report["planar"]))
     columns = [name for name in ("bundle", "against", "ratio") if name in report]
     lines = [" " * 10 + "".join(f"{name:>12s}" for name in columns)]
     lines += [f"{title:10s}" + "".join(f"{report[c][name]:12.6f}" for c in columns) for name, title in ERRORS]

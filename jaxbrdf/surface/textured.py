@@ -27,6 +27,9 @@ from jaxbrdf.types import Brdf, Material, Params, Query
 SHADED = normal_mapped(METALLIC_ROUGHNESS)
 RECIPROCAL = reciprocal_normal_mapped(METALLIC_ROUGHNESS)
 
+CHANNELS = 8
+"""Of `pack`'s image."""
+
 Lookup = Callable[[jax.Array, Query], jax.Array]
 
 
@@ -63,6 +66,11 @@ def reciprocal_textured(layout: Layout) -> Brdf:
 def mip_mapped(layout: Layout, *, probes: int = 16) -> Brdf:
     """`textured` shaded once for the maps' means under the footprint, by as many lookups as `probes`."""
     return filtered(SHADED, layout, unpack, probes=probes)
+
+
+def reciprocal_mip_mapped(layout: Layout, *, probes: int = 16) -> Brdf:
+    """The reciprocal part of `mip_mapped`, beside models that are fitted to `reciprocal_textured`."""
+    return filtered(RECIPROCAL, layout, unpack, probes=probes)
 
 
 def filtered(shaded: Brdf, layout: Layout, unpack: Callable[[jax.Array], Params], *, probes: int) -> Brdf:

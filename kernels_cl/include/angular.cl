@@ -31,29 +31,53 @@ JB_INLINE jb_Cell jb_radius_cell(const jb_real r, const int n_r) { return jb_cel
 
 JB_INLINE float8 jb_mix(const float8 a, const float8 b, const float along) { return a + (b - a) * along; }
 
-// All channels at radius r and azimuth `turn` in [0, 1].
+// The cells of all queries: where each one's first texel begins, what lies between texels along both axes, and the
+// corners' weights.
+typedef struct {
+    jb_integer_lanes first;
+    int stride;
+    int row;
+    jb_lanes near_left;
+    jb_lanes near_right;
+    jb_lanes far_left;
+    jb_lanes far_right;
+} jb_Corners;
+
+// Of a texture whose texels are `stride` numbers, at radius r and azimuth `turn` in [0, 1].
+JB_INLINE jb_Corners jb_corners(const int n_r, const int n_phi, const int stride, const jb_real r, const jb_real turn) {
+    const jb_Cell radius = jb_radius_cell(r, n_r);
+    const jb_Cell phi = jb_cell(jb_clamp_unit(turn) * (float)n_phi, n_phi - 1);
+    const jb_real far = radius.along;
+    const jb_real near = 1.0f - far;
+    jb_Corners at;
+    at.stride = stride;
+    at.row = (n_phi + 1) * stride;
+    at.first.all = radius.index * at.row + phi.index * stride;
+    at.near_right.all = near * phi.along;
+    at.far_right.all = far * phi.along;
+    at.near_left.all = near - at.near_right.all;
+    at.far_left.all = far - at.far_right.all;
+    return at;
+}
+
+// A block of the k-th query's channels; `texels` begins with the block of the texture's first texel.
+JB_INLINE float8 jb_blend(__global const jb_stored *texels, const jb_Corners *at, const int k) {
+    __global const jb_stored *corner = texels + at->first.lane[k];
+    float8 sum = jb_texel(corner) * at->near_left.lane[k];
+    sum += jb_texel(corner + at->stride) * at->near_right.lane[k];
+    sum += jb_texel(corner + at->row) * at->far_left.lane[k];
+    sum += jb_texel(corner + at->row + at->stride) * at->far_right.lane[k];
+    return sum;
+}
+
+// All channels at radius r and azimuth `turn`.
 JB_INLINE void jb_angular_fetch(
     __global const jb_stored *texels, const int n_r, const int n_phi, const int channels, const jb_real r,
     const jb_real turn, jb_real *out) {
-    const int stride = (channels + JB_BLOCK - 1) / JB_BLOCK * JB_BLOCK;
-    const int row = (n_phi + 1) * stride;
-    const jb_Cell radius = jb_radius_cell(r, n_r);
-    const jb_Cell phi = jb_cell(jb_clamp_unit(turn) * (float)n_phi, n_phi - 1);
-    const jb_integer_lanes at = {radius.index * row + phi.index * stride};
-    const jb_real far = radius.along;
-    const jb_real near = 1.0f - far;
-    const jb_lanes near_right = {near * phi.along}, far_right = {far * phi.along};
-    const jb_lanes near_left = {near - near_right.all}, far_left = {far - far_right.all};
+    const jb_Corners at = jb_corners(n_r, n_phi, (channels + JB_BLOCK - 1) / JB_BLOCK * JB_BLOCK, r, turn);
     for (int block = 0; block < channels; block += JB_BLOCK) {
         float8 rows[JB_WIDTH];
-        _Pragma("unroll") for (int k = 0; k < JB_WIDTH; ++k) {
-            __global const jb_stored *corner = texels + at.lane[k] + block;
-            float8 sum = jb_texel(corner) * near_left.lane[k];
-            sum += jb_texel(corner + stride) * near_right.lane[k];
-            sum += jb_texel(corner + row) * far_left.lane[k];
-            sum += jb_texel(corner + row + stride) * far_right.lane[k];
-            rows[k] = sum;
-        }
+        _Pragma("unroll") for (int k = 0; k < JB_WIDTH; ++k) { rows[k] = jb_blend(texels + block, &at, k); }
         JB_SPREAD(rows, (out + block), channels - block)
     }
 }

@@ -40,11 +40,22 @@ JB_INLINE jb_real3 jb_turn_back(const jb_Azimuth phi, const jb_real3 w) {
     return turned;
 }
 
-// wh = (wi + wo) / |wi + wo|, wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998); x and y of wd from (wi - wo) / 2, which
-// is exact where the directions almost meet. The azimuth of wh is taken from wi + wo: so neither root waits for the other.
-JB_INLINE jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3 wo) {
+// JB_LONG (wi + wo).
+JB_INLINE jb_real3 jb_long_sum(const jb_real3 wi, const jb_real3 wo) {
     const jb_real3 sum = {JB_LONG * (wi.x + wo.x), JB_LONG * (wi.y + wo.y), JB_LONG * (wi.z + wo.z)};
+    return sum;
+}
+
+// (wi - wo) / 2.
+JB_INLINE jb_real3 jb_across(const jb_real3 wi, const jb_real3 wo) {
     const jb_real3 across = {0.5f * (wi.x - wo.x), 0.5f * (wi.y - wo.y), 0.5f * (wi.z - wo.z)};
+    return across;
+}
+
+// wh = (wi + wo) / |wi + wo|, wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998), of jb_long_sum and jb_across; x and y of
+// wd from the latter, which is exact where the directions almost meet. The azimuth of wh is taken from the sum: so neither
+// root waits for the other.
+JB_INLINE jb_HalfDifference jb_half_difference_of(const jb_real3 sum, const jb_real3 across) {
     const jb_real inverse = jb_safe_rsqrt(jb_dot(sum, sum));
     const jb_real3 turned = jb_turn_back(jb_azimuth_of(sum), across);
     jb_HalfDifference out;
@@ -55,6 +66,10 @@ JB_INLINE jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3
     out.wd.y = turned.y;
     out.wd.z = 0.5f / JB_LONG * jb_dot(out.wh, sum);
     return out;
+}
+
+JB_INLINE jb_HalfDifference jb_half_difference(const jb_real3 wi, const jb_real3 wo) {
+    return jb_half_difference_of(jb_long_sum(wi, wo), jb_across(wi, wo));
 }
 
 #endif

@@ -199,6 +199,15 @@ JB_INLINE jb_Probes jb_probes(const jb_Layout layout, const jb_Footprint footpri
     return out;
 }
 
+// Adds the values between the two levels of a jb_Lod.
+JB_INLINE void jb_add_between(
+    __global const jb_stored *texels, const jb_Layout layout, const jb_real u, const jb_real v, const jb_Lod lod,
+    float8 *rows) {
+    const jb_Level below = jb_level(layout, lod.below), above = jb_level(layout, lod.below + 1);
+    jb_add_texels(texels, layout, below, u, v, 1.0f - lod.share, rows);
+    jb_add_texels(texels, layout, above, u, v, lod.share, rows);
+}
+
 // A block of the channels of each query, from its probes, as many rounds as the query with the most of them takes.
 JB_INLINE void jb_add_probes(
     __global const jb_stored *texels, const jb_Layout layout, const jb_real u, const jb_real v, const jb_Probes probes,
@@ -221,6 +230,18 @@ JB_INLINE void jb_add_probes(
     }
 }
 
+// A block of the channels of each query under its footprint: with one probe at most, no loop is compiled.
+JB_INLINE void jb_add_under(
+    __global const jb_stored *texels, const jb_Layout layout, const jb_real u, const jb_real v, const jb_Probes probes,
+    const int most, float8 *rows) {
+    if (most == 1) {
+        jb_add_between(texels, layout, u, v, probes.lod, rows);
+        return;
+    }
+    // in one period before the steps are added, which would lose their digits far outside
+    jb_add_probes(texels, layout, jb_in_period(layout.wrap, u), jb_in_period(layout.wrap, v), probes, rows);
+}
+
 // All channels on one level, the same for all queries.
 JB_INLINE void jb_bilinear(
     __global const jb_stored *texels, const jb_Layout layout, const jb_real u, const jb_real v, const int number,
@@ -238,12 +259,10 @@ JB_INLINE void jb_bilinear(
 JB_INLINE void jb_trilinear(
     __global const jb_stored *texels, const jb_Layout layout, const jb_real u, const jb_real v, const jb_Lod lod,
     jb_real *out) {
-    const jb_Level below = jb_level(layout, lod.below), above = jb_level(layout, lod.below + 1);
     for (int block = 0; block < layout.channels; block += JB_BLOCK) {
         float8 rows[JB_WIDTH];
         jb_clear(rows);
-        jb_add_texels(texels + block, layout, below, u, v, 1.0f - lod.share, rows);
-        jb_add_texels(texels + block, layout, above, u, v, lod.share, rows);
+        jb_add_between(texels + block, layout, u, v, lod, rows);
         JB_SPREAD(rows, (out + block), layout.channels - block)
     }
 }
@@ -253,16 +272,10 @@ JB_INLINE void jb_anisotropic(
     __global const jb_stored *texels, const jb_Layout layout, const jb_real u, const jb_real v,
     const jb_Footprint footprint, const int most, jb_real *out) {
     const jb_Probes probes = jb_probes(layout, footprint, most);
-    if (most == 1) {
-        jb_trilinear(texels, layout, u, v, probes.lod, out);
-        return;
-    }
-    // in one period before the steps are added, which would lose their digits far outside
-    const jb_real inside_u = jb_in_period(layout.wrap, u), inside_v = jb_in_period(layout.wrap, v);
     for (int block = 0; block < layout.channels; block += JB_BLOCK) {
         float8 rows[JB_WIDTH];
         jb_clear(rows);
-        jb_add_probes(texels + block, layout, inside_u, inside_v, probes, rows);
+        jb_add_under(texels + block, layout, u, v, probes, most, rows);
         JB_SPREAD(rows, (out + block), layout.channels - block)
     }
 }

@@ -34,4 +34,21 @@ JB_INLINE jb_real jb_radial_warp(JB_WEIGHTS const float *terms, const int count,
     return warped;
 }
 
+// The same of a warp of each query's own, decoded from its latent: logits, then exponents above 1/2 before softplus. The host
+// has scaled both to the base 2.
+JB_INLINE jb_real jb_decoded_warp(const jb_real *numbers, const int count, const jb_real log_r) {
+    jb_real largest = numbers[0];
+    _Pragma("unroll") for (int k = 1; k < count; ++k) { largest = jb_max(numbers[k], largest); }
+    jb_real warped = JB_REAL(0.0f), total = JB_REAL(0.0f);
+    _Pragma("unroll") for (int k = 0; k < count; ++k) {
+        const jb_real raw = numbers[count + k];
+        const jb_real beyond = jb_log2(1.0f + jb_bounded_exp2(jb_at_least(-jb_abs(raw), -126.0f)));
+        const jb_real exponent = 0.5f + 0.693147181f * (jb_max(raw, JB_REAL(0.0f)) + beyond);
+        const jb_real share = jb_bounded_exp2(jb_at_least(numbers[k] - largest, -126.0f));
+        total += share;
+        warped += share * jb_bounded_exp2(jb_at_least(exponent * log_r, -126.0f));
+    }
+    return warped / total;
+}
+
 #endif

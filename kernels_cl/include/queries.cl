@@ -1,4 +1,4 @@
-// Directions and colours of JB_WIDTH queries, read from and written to arrays of `count`.
+// Directions, colours and places of JB_WIDTH queries, read from and written to arrays of `count`.
 //
 // Planar arrays hold all x, then all y, then all z. Interleaved ones hold x, y and z of the first query, then of the
 // second. The last work item may have fewer queries than it has lanes: it repeats the last one, and writes what is there.
@@ -62,6 +62,23 @@ JB_INLINE void jb_store_interleaved(__global float *f, const size_t first, const
             f[3 * (first + k) + 1] = y.lane[k];
             f[3 * (first + k) + 2] = z.lane[k];
         }
+    }
+}
+
+// `columns` numbers of each query.
+JB_INLINE void jb_load_columns(
+    __global const float *rows, const int columns, const size_t first, const size_t count, const uint is_interleaved,
+    jb_real *out) {
+    _Pragma("unroll") for (int c = 0; c < columns; ++c) {
+        if (!is_interleaved) {
+            out[c] = jb_load(rows + c * count, first, count);
+            continue;
+        }
+        jb_lanes lanes;
+        _Pragma("unroll") for (int k = 0; k < JB_WIDTH; ++k) {
+            lanes.lane[k] = rows[columns * (first + k < count ? first + k : count - 1) + c];
+        }
+        out[c] = lanes.all;
     }
 }
 

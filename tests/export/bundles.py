@@ -12,7 +12,9 @@ from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.manifest import Manifest, Provenance
 from jaxbrdf.models.gated import GatedConfig
 from jaxbrdf.models.half_difference import TextureSizes
-from jaxbrdf.models.table import MODELS
+from jaxbrdf.models.spatial import LatentTexture
+from jaxbrdf.models.spatial_gated import SpatialGatedConfig
+from jaxbrdf.models.table import LEARNED, MODELS
 from jaxbrdf.types import Params
 
 VARIANTS: dict[str, tuple[str, Any]] = {
@@ -29,6 +31,18 @@ VARIANTS["tripleplane odd sizes"] = (
 )
 VARIANTS["nbrdf linear"] = ("nbrdf", MODELS["nbrdf"].config(hidden=()))
 
+SURFACE = SpatialGatedConfig(LatentTexture(32, 64), TextureSizes(False, 9, 10, 11, 12, 5))
+SURFACES: dict[str, tuple[str, Any]] = {
+    "surface": ("spatial-gated", SURFACE),
+    "surface of odd sizes": (
+        "spatial-gated",
+        SpatialGatedConfig(LatentTexture(13, 6, 11, "clamp", 5), TextureSizes(True, 5, 4, 6, 7, 3), (5,), warp_terms=3),
+    ),
+    "surface without gating": ("spatial-gated", dataclasses.replace(SURFACE, gating=False)),
+    "surface without frame": ("spatial-gated", dataclasses.replace(SURFACE, frame=False)),
+    "surface without warps": ("spatial-gated", dataclasses.replace(SURFACE, warp_terms=0)),
+}
+
 PROVENANCE = Provenance("chm_light_blue_rgb.bsdf", "ab" * 32, "0.1.0", 3, "quick", 1000)
 SMALL = GatedConfig(textures=TextureSizes(False, 4, 5, 6, 7, 2), hidden=(3,))
 
@@ -39,15 +53,15 @@ def bundle_of(model: str, config: Any, params: Params) -> Bundle:
 
 
 def random_bundle(variant: str) -> Bundle:
-    """A row of `VARIANTS` with random parameters."""
-    model, config = VARIANTS[variant]
-    return bundle_of(model, config, random_params(1, MODELS[model].build(config)))
+    """A row of `VARIANTS` or of `SURFACES` with random parameters."""
+    model, config = (VARIANTS | SURFACES)[variant]
+    return bundle_of(model, config, random_params(1, LEARNED[model].build(config)))
 
 
 def demanding_bundle(variant: str) -> Bundle:
-    """A row of `VARIANTS` with random parameters whose f spans six decades."""
-    model, config = VARIANTS[variant]
-    return bundle_of(model, config, demanding_params(jax.random.key(0), MODELS[model].build(config)))
+    """A row of `VARIANTS` or of `SURFACES` with random parameters whose f spans six decades."""
+    model, config = (VARIANTS | SURFACES)[variant]
+    return bundle_of(model, config, demanding_params(jax.random.key(0), LEARNED[model].build(config)))
 
 
 def small_bundle() -> Bundle:

@@ -62,7 +62,7 @@ def test_an_untouched_rewrite_is_read():
 @pytest.mark.parametrize(
     ("manifest", "fault"),
     [
-        (changed("schema", value=3), "schema 3 is newer than this jaxbrdf, which reads up to 2"),
+        (changed("schema", value=4), "schema 4 is newer than this jaxbrdf, which reads up to 3"),
         (changed("schema", value="1"), "schema is '1', not a version"),
         (changed("schema", value=True), "schema is True, not a version"),
         (without("schema"), "schema is None, not a version"),

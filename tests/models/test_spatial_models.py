@@ -159,7 +159,7 @@ def test_gating_multiplies_matrices_with_the_latent():
 def test_any_number_of_frames(frames: int):
     model = zeltner(replace(SMALL["zeltner"], frames=frames))
     params = random_params(14, model)
-    assert params.frames.shape == (4, 6 * frames)
+    assert params.frame.shape == (4, 6 * frames)
     assert np.isfinite(jax.jit(model.eval)(params, queries(15, COUNT))).all()
 
 
