@@ -29,6 +29,20 @@ settings.register_profile("jaxbrdf", deadline=None, derandomize=True, max_exampl
 settings.load_profile("jaxbrdf")
 
 
+MOST_MAPPINGS = 25_000
+"""Of a process's memory: compiled code takes dozens a function, and Linux allows 65,530, past which compiling ends the
+process. What one file of tests compiles stays below the other half."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def few_mappings() -> Iterator[None]:
+    """Frees compiled code after a file of tests, where there is much of it."""
+    yield
+    mappings = Path("/proc/self/maps")
+    if mappings.is_file() and mappings.read_bytes().count(b"\n") > MOST_MAPPINGS:
+        jax.clear_caches()
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """The folder of real data, which the project does not carry."""
