@@ -66,7 +66,7 @@ def test_an_untouched_rewrite_is_read():
         (changed("schema", value="1"), "schema is '1', not a version"),
         (changed("schema", value=True), "schema is True, not a version"),
         (without("schema"), "schema is None, not a version"),
-        (changed("model", value="zeltner"), "model 'zeltner' is unknown"),
+        (changed("model", value="oracle"), "model 'oracle' is unknown"),
         (changed("model", value=["gated"]), "model ['gated'] is unknown"),
         (changed("model", value="tripleplane"), "config has an unknown entry"),
         (changed("conventions", "value", value="f cos"), "its conventions are not those of this jaxbrdf"),

@@ -212,7 +212,7 @@ DIRECTIONS: dict[str, tuple[dict[str, Any], str]] = {
     "another rank": ({"wi": UP, "wo": UP[0]}, "wo has shape (3,), not (N, 3)"),
     "a place of three numbers": ({"wi": UP, "wo": UP, "uv": UP}, "uv has shape (4, 3), not (N, 2)"),
     "a footprint of two": ({"wi": UP, "wo": UP, "uv": UP[:, :2], "footprint": UP[:, :2]}, "not (N, 2, 2)"),
-    "an endless place": ({"wi": UP, "wo": UP, "uv": UP[:, :2] * np.inf}, "uv is not finite"),
+    "an endless place": ({"wi": UP, "wo": UP, "uv": UP[:, :2] + np.float32(np.inf)}, "uv is not finite"),
     "other numbers of them": ({"wi": UP, "wo": UP[:3]}, "its arrays have different lengths: wi 4, wo 3"),
     "integers": ({"wi": UP.astype(int), "wo": UP}, "wi is int64, not a floating-point array"),
     "objects": ({"wi": np.array([[None] * 3]), "wo": UP}, "array wi cannot be read"),

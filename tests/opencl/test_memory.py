@@ -58,11 +58,11 @@ def test_a_batch_without_room_is_split_and_that_is_told(opencl: Device, monkeypa
     evaluate = Material._evaluate_part
     sizes = []
 
-    def small(self: Material, wi: np.ndarray, wo: np.ndarray, f: np.ndarray) -> None:
+    def small(self: Material, rows: list[np.ndarray], f: np.ndarray) -> None:
         if len(f) > 300:
             raise NoRoom("clCreateBuffer failed: MEM_OBJECT_ALLOCATION_FAILURE")
         sizes.append(len(f))
-        evaluate(self, wi, wo, f)
+        evaluate(self, rows, f)
 
     monkeypatch.setattr(Material, "_evaluate_part", small)
     with pytest.warns(RuntimeWarning, match="has no room for the batch: going on in parts") as told:

@@ -60,5 +60,5 @@ def test_footprints_are_within_their_range_and_finer_ones_more_often_with_more_c
 
 
 def test_a_target_needs_a_point():
-    with pytest.raises(ValueError, match="samples"):
+    with pytest.raises(ValueError, match="count is 0; it must be at least 1"):
         draw_targets(relief(SIZE)[0], SurfaceDraws(samples=0))
