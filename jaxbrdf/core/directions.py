@@ -13,6 +13,11 @@ Components = tuple[jax.Array, jax.Array, jax.Array]
 """x, y and z of vectors, `(...)` each."""
 
 
+LEAST_SINE = 1e-18
+"""Of a half vector that has an azimuth: float32 loses the squares of smaller components, and wider numbers follow, or
+the azimuth, which has no limit at the pole, would depend on the precision."""
+
+
 class HalfDifference(NamedTuple):
     """Half vector and difference vector after Rusinkiewicz (1998), each `(..., 3)`."""
 
@@ -64,20 +69,26 @@ def above_horizon(wi: jax.Array, wo: jax.Array) -> jax.Array:
 def half_difference(wi: jax.Array, wo: jax.Array) -> HalfDifference:
     """Half and difference vectors: wd = Ry(-theta_h) Rz(-phi_h) wi (Rusinkiewicz 1998).
 
-    Swapping wi and wo keeps wh and turns wd by pi about z, to the last bit. Where wh is the normal, phi_h is zero.
+    Swapping wi and wo keeps wh and turns wd by pi about z, to the last bit. Where wh is the
+    normal, within `LEAST_SINE`, phi_h is zero.
     """
-    wh, wd = half_difference_components(components(wi), components(wo))
+    wh, wd = half_difference_components(*sum_and_half_difference(components(wi), components(wo)))
     return HalfDifference(jnp.stack(wh, axis=-1), jnp.stack(wd, axis=-1))
 
 
-def half_difference_components(wi: Components, wo: Components) -> tuple[Components, Components]:
-    """`half_difference` of vectors whose components are arrays of their own, `(...)`."""
+def sum_and_half_difference(wi: Components, wo: Components) -> tuple[Components, Components]:
+    """wi + wo and (wi - wo) / 2: exact where the two are almost opposed, or almost meet."""
     both = wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]
-    across = 0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), 0.5 * (wi[2] - wo[2])
+    return both, (0.5 * (wi[0] - wo[0]), 0.5 * (wi[1] - wo[1]), 0.5 * (wi[2] - wo[2]))
+
+
+def half_difference_components(both: Components, across: Components) -> tuple[Components, Components]:
+    """`half_difference` of the sum wi + wo and of (wi - wo) / 2, whose components are arrays of their own, `(...)`."""
     wh = _normalised(both)
     sin_h, cos_h = safe_sqrt(wh[0] * wh[0] + wh[1] * wh[1]), wh[2]
-    cos_phi = jnp.where(sin_h == 0, 1.0, safe_divide(wh[0], sin_h))
-    sin_phi = safe_divide(wh[1], sin_h)
+    at_pole = sin_h < LEAST_SINE
+    cos_phi = jnp.where(at_pole, 1.0, safe_divide(wh[0], sin_h))
+    sin_phi = jnp.where(at_pole, 0.0, safe_divide(wh[1], sin_h))
     # The turned wi and wo differ in the sign of x and y alone, so x and y are those of (wi - wo) / 2. Where the two
     # almost meet their difference is exact and x and y keep their digits; turning wi alone would leave its rounding.
     along = cos_phi * across[0] + sin_phi * across[1]

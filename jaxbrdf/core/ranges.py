@@ -125,7 +125,7 @@ def _leaves(params: Any, place: str, valid: Range | None) -> Iterator[tuple[str,
     if isinstance(params, tuple):
         for name, value, own in _parts(params, place):
             yield from _leaves(value, own, ranges.get(name, valid))
-    elif params is not None:
+    elif jax.tree_util.all_leaves([params]):
         yield place, params, valid
 
 

@@ -9,7 +9,12 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.core.directions import Components, components, half_difference_components
+from jaxbrdf.core.directions import (
+    Components,
+    components,
+    half_difference_components,
+    sum_and_half_difference,
+)
 from jaxbrdf.texture import angular
 from jaxbrdf.types import Query
 
@@ -59,7 +64,8 @@ def encode(isotropic: bool) -> Callable[[Query], HalfDifferencePolar]:
     """Disk coordinates of wh, with period 2 pi or no azimuth, and of wd, wrapped to [0, pi): hence reciprocity."""
 
     def encode_query(query: Query) -> HalfDifferencePolar:
-        return on_disks(*half_difference_components(components(query.wi), components(query.wo)), isotropic=isotropic)
+        pair = sum_and_half_difference(components(query.wi), components(query.wo))
+        return on_disks(*half_difference_components(*pair), isotropic=isotropic)
 
     return encode_query
 

@@ -22,6 +22,11 @@ LEAST_SQUARE = 1e-6
 is met only where a latent turns the normal upside down, or the tangent into the normal."""
 
 
+LEAST_HEIGHT = 1e-6
+"""Of |a| + |b| in `pair_above`, from which it has a derivative: the half vector's is up to its inverse, and directions
+that are so nearly opposed on the frame's horizon have no half vector that a frame could be learned by."""
+
+
 class Frame(NamedTuple):
     """Orthonormal axes, components `(batch,)` each."""
 
@@ -45,14 +50,27 @@ def seen(frame: Frame, w: jax.Array) -> jax.Array:
     return jnp.stack([_dot(axis, (w[0], w[1], w[2])) for axis in frame])
 
 
-def seen_above(frame: Frame, w: Components) -> Components:
-    """Components of w in the frame, projected to the unit disk and lifted again (Timonen et al., section 3.1).
+def pair_above(frame: Frame, both: Components, across: Components) -> tuple[Components, Components]:
+    """wi + wo and (wi - wo) / 2 of directions in the frame, each projected to the unit disk and lifted again
+    (Timonen et al., section 3.1).
 
-    Of the height the lift keeps the size alone, sqrt(1 - x^2 - y^2) = |z|: taken from z it needs no root, whose
-    derivative has no bound at the rim.
+    Of a height z the lift keeps the size alone, sqrt(1 - x^2 - y^2) = |z|: taken from z it needs no root, whose
+    derivative has no bound at the rim. Sum and difference are seen instead of the directions: where these are almost
+    opposed, the sum of what is seen of each would be nothing but rounding. Of heights a and b, |a| + |b| is the larger
+    one of |a + b| and |a - b|, and |a| - |b| is the other one, with its partner's sign.
+
+    Args:
+        frame: the axes.
+        both: wi + wo on the surface.
+        across: (wi - wo) / 2 there.
     """
-    x, y, z = (_dot(axis, w) for axis in frame)
-    return x, y, jnp.abs(z)
+    (x, y, total), (u, v, half) = (tuple(_dot(axis, w) for axis in frame) for w in (both, across))
+    apart = 2.0 * half
+    on_one_side = jnp.abs(total) >= jnp.abs(apart)
+    larger = jnp.where(on_one_side, total, apart)
+    smaller = 0.5 * jnp.where(on_one_side, apart, total)
+    height = jnp.abs(jnp.where(jnp.abs(larger) > LEAST_HEIGHT, larger, jax.lax.stop_gradient(larger)))
+    return (x, y, height), (u, v, jnp.where(larger < 0, -smaller, smaller))
 
 
 def _unit(v: Components) -> Components:

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
-from jaxbrdf.core.directions import components, half_difference_components
+from jaxbrdf.core.directions import components, half_difference_components, sum_and_half_difference
 from jaxbrdf.core.staging import staged_both_ways
 from jaxbrdf.models import half_difference, mlp, spatial, warp
 from jaxbrdf.models.half_difference import HalfDifferencePolar, TextureSizes, init_textures
-from jaxbrdf.models.shading_frame import NUMBERS, frame_of, seen_above
+from jaxbrdf.models.shading_frame import NUMBERS, frame_of, pair_above
 from jaxbrdf.models.spatial import LatentTexture, SpatialCoordinates
 from jaxbrdf.texture import angular
 from jaxbrdf.texture.gated import fetch_gated
@@ -112,11 +112,11 @@ def _init_warps(channels: int, terms: int) -> LatentWarps | None:
 
 def _polar(params: SpatialGatedParams, z: jax.Array, coordinates: SpatialCoordinates) -> HalfDifferencePolar:
     """Where H and D are read."""
-    wi, wo = components(coordinates.wi.T), components(coordinates.wo.T)
+    both, across = sum_and_half_difference(components(coordinates.wi.T), components(coordinates.wo.T))
     if params.frame is not None:
         frame = staged_both_ways(frame_of(params.frame.T @ z))
-        wi, wo = staged_both_ways((seen_above(frame, wi), seen_above(frame, wo)))
-    wh, wd = staged_both_ways(half_difference_components(wi, wo))
+        both, across = staged_both_ways(pair_above(frame, both, across))
+    wh, wd = staged_both_ways(half_difference_components(both, across))
     at = half_difference.on_disks(wh, wd, isotropic=False)
     if params.warps is None:
         return at

@@ -50,11 +50,12 @@ def polar(w: jax.Array, period: float | None) -> Polar:
 
 
 def polar_of(x: jax.Array, y: jax.Array, period: float | None) -> Polar:
-    """`polar` of a direction's x and y, `(...)` each."""
+    """`polar` of a direction's x and y, `(...)` each; where their squares underflow it is the centre, azimuth zero."""
     r = jnp.minimum(safe_sqrt(x * x + y * y), 1.0)
     if period is None:
         return Polar(r, None)
-    turn = safe_atan2(y, x) / period
+    # the angle's derivative divides by the same squares
+    turn = safe_atan2(jnp.where(r > 0, y, 0.0), jnp.where(r > 0, x, 1.0)) / period
     turn = turn - jnp.floor(turn)
     return Polar(r, jnp.where(turn < 1.0, turn, 0.0))
 

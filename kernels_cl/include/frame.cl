@@ -40,7 +40,7 @@ JB_INLINE jb_real3 jb_seen(const jb_Frame frame, const jb_real3 w) {
 }
 
 // The half and the difference vector of directions seen in the frame, each projected to the unit disk and lifted again:
-// `seen_above`, then `half_difference`. Sum and difference are seen instead of the directions, which in float32 loses
+// `pair_above`, then `half_difference`. Sum and difference are seen instead of the directions, which in float32 loses
 // nothing where these are almost opposed. Of the heights a = n.wi and b = n.wo, |a| + |b| is the larger one of |a + b| and
 // |a - b|, and |a| - |b| the other one, with its partner's sign.
 JB_INLINE jb_HalfDifference jb_seen_half_difference(const jb_Frame frame, const jb_real3 wi, const jb_real3 wo) {
