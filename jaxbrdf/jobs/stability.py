@@ -32,6 +32,7 @@ from jaxbrdf.jobs.source import Source, is_bundle_content, open_source
 from jaxbrdf.models.table import LEARNED, has_kernel, is_reciprocal
 from jaxbrdf.opencl.platform import choose, context_of
 from jaxbrdf.opencl.sampler import Sampler
+from jaxbrdf.texture.pyramid import Layout
 from jaxbrdf.types import Brdf, Query
 
 SEED = 20_260_102
@@ -112,7 +113,7 @@ def _device(bundle: Bundle) -> list[Verdict]:
     """The bundle's kernel against JAX in float64, where there is a device."""
     query = demanding_queries(jax.random.key(SEED), count=4096)
     if bundle.manifest.is_spatial:
-        query = placed(jax.random.key(SEED + 1), query, bundle.manifest.config.latents.layout)
+        query = _under_probes(query, bundle.manifest.config.latents.layout)
     verdicts = []
     if not has_kernel(bundle.manifest.model):
         return verdicts
@@ -123,6 +124,14 @@ def _device(bundle: Bundle) -> list[Verdict]:
         if bundle.parts.sampler is not None:
             verdicts += _device_sampler(bundle, device, query)
     return verdicts
+
+
+def _under_probes(query: Query, layout: Layout) -> Query:
+    """The directions at random places, under footprints of 4 texels by 1: float32 tells the ends of longer ones less
+    well than 1e-4 of f."""
+    query = placed(jax.random.key(SEED + 1), query, layout)
+    footprint = jnp.array([[4.0 / layout.width, 0.0], [0.0, 1.0 / layout.height]])
+    return query._replace(footprint=jnp.broadcast_to(footprint, (len(query.wi), 2, 2)))
 
 
 def _device_sampler(bundle: Bundle, device: cl.Device, query: Query) -> list[Verdict]:
