@@ -165,8 +165,8 @@ def _interrupt_at(step: int) -> Callable[[int], None]:
     return act
 
 
-@pytest.mark.parametrize("model", [name for name in SPATIAL if name != "gated"])
-def test_every_model_is_fitted(relief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str):
+@pytest.mark.parametrize("model", ["neumip", "ggx-mip"])
+def test_other_models_are_fitted(relief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str):
     few = replace(tiny(), training=replace(tiny().training, steps=40))
     monkeypatch.setitem(SURFACE_PRESETS, "tiny", lambda: few)
     report = fit_surface(SurfaceFitConfig(str(relief), str(tmp_path), model=model, preset="tiny"), Listener()).report
