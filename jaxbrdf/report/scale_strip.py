@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from jaxbrdf.metrics.image import auto_exposure, tonemap
 from jaxbrdf.report.figure import to_png
 
-INCHES = 1.4
-"""Of a picture's side."""
+INCHES, MARGIN = 1.4, 0.35
+"""Of a picture's side, and of the names on the left: a share of the width would cut them off where scales are few."""
 
 
 def scale_strip(rows: Mapping[str, np.ndarray], texels: np.ndarray, *, title: str) -> bytes:
@@ -25,7 +25,8 @@ def scale_strip(rows: Mapping[str, np.ndarray], texels: np.ndarray, *, title: st
     first = next(iter(rows.values()))
     exposures = [auto_exposure(picture) for picture in first]
     height, width = len(rows), len(first)
-    figure = Figure(figsize=(INCHES * width, INCHES * height + 0.7), facecolor="black")
+    size = (INCHES * width + MARGIN, INCHES * height + 0.7)
+    figure = Figure(figsize=size, facecolor="black")
     grid = figure.subplots(height, width, squeeze=False)
     for axes_row, (name, pictures) in zip(grid, rows.items(), strict=True):
         for axes, picture, exposure in zip(axes_row, pictures, exposures, strict=True):
@@ -36,5 +37,5 @@ def scale_strip(rows: Mapping[str, np.ndarray], texels: np.ndarray, *, title: st
     for axes, length in zip(grid[0], texels, strict=True):
         axes.set_title(f"{length:.3g} texels", color="white", fontsize=9)
     figure.suptitle(title, color="white", fontsize=10)
-    figure.subplots_adjust(left=0.03, right=0.995, top=1.0 - 0.6 / (INCHES * height + 0.7), bottom=0.01)
+    figure.subplots_adjust(left=MARGIN / size[0], right=0.995, top=1.0 - 0.6 / size[1], bottom=0.01)
     return to_png(figure)
