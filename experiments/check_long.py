@@ -1,6 +1,6 @@
 """A long search for values and gradients that are not finite, over every subject of tests/checks/subjects.py.
 
-    python -m experiments.check_long [--count 100000000]
+    python -m experiments.check_long [SUBJECT ...] [--count 100000000]
 
 Parameters are drawn over their declared ranges, directions as `jaxbrdf.checks.parity.demanding_queries` has them. The
 run time is measured on a few rounds of every subject, and told, before the search begins. Compiled as users compile.
@@ -48,9 +48,13 @@ def measured(subject: Subject) -> Pace:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("subjects", nargs="*", metavar="SUBJECT", help="search these alone, each as long as among all")
     parser.add_argument("--count", type=int, default=100_000_000, help="evaluations and gradients of all subjects")
-    count = parser.parse_args().count // len(SUBJECTS)
-    paces = {name: measured(row.make()) for name, row in SUBJECTS.items()}
+    arguments = parser.parse_args()
+    if unknown := set(arguments.subjects) - set(SUBJECTS):
+        parser.error(f"no subject named {', '.join(sorted(unknown))}; there are {', '.join(SUBJECTS)}")
+    count = arguments.count // len(SUBJECTS)
+    paces = {name: measured(SUBJECTS[name].make()) for name in arguments.subjects or SUBJECTS}
     minutes = sum(pace.seconds for pace in paces.values()) * count / 1000.0 / 60.0
     print(f"{len(paces)} subjects, {count:,} evaluations and gradients each: about {minutes:.0f} minutes", flush=True)
     total = 0
