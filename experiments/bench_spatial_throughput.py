@@ -3,11 +3,11 @@
     pip install torch==2.13.0
     python -m experiments.bench_spatial_throughput            # about five minutes
 
-Both train the same network on batches of 8192 queries, 256^2 texels of latents with all levels, up to 16 probes, by
-Adam and a moving average of the parameters: once on given queries and targets, and once with queries
-and targets of 8 points drawn in every step, as the presets "quick" and "standard" do. PyTorch draws all light by the
-cosine, which is less work than drawing half of it as facets scatter it. Values of both are compared before any is
-timed.
+Both train the same network as the presets "quick" and "standard" do, in steps of 4096 queries: all but the latents are
+updated after every 512. 256^2 texels of latents with all levels, up to 16 probes, Adam, and a moving average of the
+parameters: once on given queries and targets, and once with queries and targets of 8 points drawn in every turn.
+PyTorch draws all light by the cosine, which is less work than drawing half of it as facets scatter it. Values of both
+are compared before any is timed.
 
 Each runs on one core and on two, where PyTorch's threads wait for each other after every operation: beside other
 programs that can take longer than one core. They wait without spinning (OMP_WAIT_POLICY), which then costs less. The
@@ -52,7 +52,8 @@ PROBES = 16
 ROUNDS = 7
 STEPS = 4
 PRESET = SURFACE_PRESETS["quick"]()
-BATCH = PRESET.training.loop.batch
+BATCH, TURN = PRESET.training.loop.batch, PRESET.training.loop.turn or 0
+TURNS = BATCH // TURN
 LAYOUT = Layout(SIZE, SIZE)
 MODEL = spatial_gated(SpatialGatedConfig(latents=LatentTexture(SIZE, SIZE, probes=PROBES)))
 
@@ -103,28 +104,35 @@ def torch_trainers(data: dict[str, Any]) -> dict[str, Callable[[], Any]]:
         np.testing.assert_allclose(model(*query).numpy(), data["values"], atol=1e-4)
     check_points(data, texels, model.pyramid, query)
     arrays = model.arrays
-    groups = [
-        {"params": [arrays["s"]], "lr": rates.spatial_rate},
+    shared = [
         {"params": [arrays["h"], arrays["d"]], "lr": rates.texture_rate},
         {"params": [p for name, p in arrays.items() if name not in "shd"], "lr": rates.network_rate},
     ]
-    optimiser = torch.optim.Adam(groups, betas=(rates.beta1, rates.beta2), eps=rates.epsilon, fused=True)
+    adam_of = partial(torch.optim.Adam, betas=(rates.beta1, rates.beta2), eps=rates.epsilon, fused=True)
+    of_shared, of_latents = adam_of(shared), adam_of([arrays["s"]], lr=rates.spatial_rate)
     parameters = [p.detach() for p in model.parameters()]
     average = [p.clone() for p in parameters]
     floor = 0.3 * given_f.mean()
 
-    def step(source: Callable[[], Any]) -> None:
-        (wi, wo, uv, footprint), f = source()
-        optimiser.zero_grad()
-        p = model(wi, wo, uv, footprint).clamp_max(losses.LARGEST_LOG).exp()
-        held = p.detach()
-        ((f - p) ** 2 / ((held + losses.SMAPE_OFFSET) * (held + floor))).mean().backward()
-        optimiser.step()
+    def step(source: Callable[[int], Any]) -> None:
+        of_latents.zero_grad()
+        for turn in range(TURNS):
+            (wi, wo, uv, footprint), f = source(turn)
+            of_shared.zero_grad()
+            p = model(wi, wo, uv, footprint).clamp_max(losses.LARGEST_LOG).exp()
+            held = p.detach()
+            # the latents' gradient is summed over the turns
+            ((f - p) ** 2 / ((held + losses.SMAPE_OFFSET) * (held + floor))).mean().backward()
+            of_shared.step()
+        arrays["s"].grad.div_(TURNS)
+        of_latents.step()
         torch._foreach_lerp_(average, parameters, PRESET.training.loop.ema)  # pyright: ignore[reportPrivateImportUsage]
 
-    draws = PRESET.draws
-    draw = partial(torch_spatial.draw, texels, model.pyramid, BATCH, draws.samples, draws.crowding)
-    sources = {"model": lambda: (query, given_f), "whole": draw}
+    draws, turns = PRESET.draws, [[part[k * TURN : (k + 1) * TURN] for part in (*query, given_f)] for k in range(TURNS)]
+    sources = {
+        "model": lambda turn: (turns[turn][:4], turns[turn][4]),
+        "whole": lambda _: torch_spatial.draw(texels, model.pyramid, TURN, draws.samples, draws.crowding),
+    }
     return {name: partial(repeat, partial(step, source)) for name, source in sources.items()}
 
 

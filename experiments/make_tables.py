@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from experiments.surface_tables import surface_ablations, surface_ratios, surfaces
 from jaxbrdf.report.tables import Column, Row, geometric_mean, grouped, markdown, with_block
 
 ROOT = Path(__file__).parents[1]
@@ -254,6 +255,9 @@ TABLES = (
     Table("mitsuba_brdfs", "check_brdfs_against_mitsuba.py", mitsuba_brdfs),
     Table("samplers", "bench_samplers.py", samplers),
     Table("bundle_samplers", "bench_samplers.py --bundles", samplers),
+    Table("surfaces", "bench_surfaces.py", surfaces),
+    Table("surface_ratios", "bench_surfaces.py", surface_ratios, source="surfaces"),
+    Table("surface_ablations", "bench_surface_ablations.py", surface_ablations),
     Table("rgl_mitsuba", "check_rgl_against_mitsuba.py", rgl),
 )
 

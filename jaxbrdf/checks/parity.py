@@ -34,6 +34,9 @@ LARGEST = 1e3
 LATENT_DEVIATION = np.float32(0.3)
 """Of every texel of every level, each its own: frames then lean by some 20 degrees."""
 
+RELIEF = 1e-2
+"""Of heights in units of uv: float32 does not say where a viewer meets a relief of many textures' height."""
+
 COARSE = (6, 8)
 """Random texels along radius and azimuth, which are interpolated to a texture's size: fitted textures are smooth."""
 
@@ -59,9 +62,14 @@ def with_isotropy(config: Any, isotropic: bool) -> Any:
 
 
 def demanding_params(key: jax.Array, model: Model) -> Params:
-    """Random parameters whose f has the range of a fitted glossy material."""
+    """Random parameters whose f has the range of a fitted glossy material; a relief is a few texels high, and lobes
+    without a network are as they are drawn."""
     key_params, key_query = jax.random.split(key)
     params = random_params(int(jax.random.bits(key_params)), model)
+    if hasattr(params, "height"):
+        params = params._replace(height=_scaled_output(params.height, RELIEF))
+    if not (isinstance(params, Mlp) or hasattr(params, "mlp")):
+        return params
     query = _cosine_pairs(key_query, 4096)
     layout = next((node.layout for node in jax.tree.leaves(params, is_leaf=is_pyramid) if is_pyramid(node)), None)
     if layout is not None:
@@ -91,6 +99,12 @@ def _random(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
         return np.asarray(deviation * rng.standard_normal(shape), np.float32)
     coarse = rng.standard_normal((shape[0], *np.minimum(shape[1:], COARSE)))
     return np.asarray(zoom(coarse, np.divide(shape, coarse.shape), order=3, mode="nearest"), np.float32)
+
+
+def _scaled_output(mlp: Mlp, scale: float) -> Mlp:
+    (*weights, weight), (*biases, bias) = mlp
+    factor = np.float32(scale)
+    return Mlp((*weights, factor * weight), (*biases, factor * bias))
 
 
 def _with_outputs(params: Params, scale: np.ndarray, middle: np.ndarray) -> Params:

@@ -13,7 +13,6 @@ from jaxbrdf.data.output import check_writable, write_atomically
 from jaxbrdf.errors import DataError, JaxbrdfError
 from jaxbrdf.jobs.directions import Queries, read_queries
 from jaxbrdf.jobs.source import open_bundle, open_source
-from jaxbrdf.models.table import has_kernel
 from jaxbrdf.opencl.material import Material
 from jaxbrdf.opencl.platform import choose, context_of
 from jaxbrdf.types import Query
@@ -61,8 +60,6 @@ def _jax(source: str, path: str, queries: Queries) -> np.ndarray:
 def _opencl(source: str, path: str, queries: Queries) -> np.ndarray:
     bundle = open_bundle(source, surfaces=True)
     _check_place(source, path, queries, is_spatial=bundle.manifest.is_spatial)
-    if not has_kernel(bundle.manifest.model):
-        raise JaxbrdfError(f"{source}: OpenCL has no kernel of {bundle.manifest.model}; --backend jax evaluates it")
     material = Material.load(bundle, context_of(choose()))
     return material.evaluate(queries.wi, queries.wo, uv=queries.uv, footprint=queries.footprint)
 

@@ -196,7 +196,7 @@ def planar_report(materials: Mapping[str, Material], reference: PlanarReference)
 
 
 def planar_summary(errors: PlanarErrors, scene: PlanarScene) -> dict[str, Any]:
-    """Means of one material's errors with intervals: over all, from `COARSE_TEXELS` on, and at each scale."""
+    """Means of one material's errors with intervals: over all, from `COARSE_TEXELS` on, at each scale and camera."""
     pictures = {name: getattr(errors, name) for name in PICTURE_METRICS}
     coarse = _coarse(scene)
     hdr = {name: getattr(errors, name) for name in ("mae_hdr", "rmse_hdr")}
@@ -206,6 +206,10 @@ def planar_summary(errors: PlanarErrors, scene: PlanarScene) -> dict[str, Any]:
         **{f"{name}_standard_error": float(one.standard_error) for name, one in hdr.items()},
         "from_two_texels": {name: _over_scales(part[coarse]) for name, part in pictures.items()},
         "per_scale": {name: [list(mean_interval(one)) for one in part] for name, part in pictures.items()},
+        "per_camera": {
+            name: [_over_scales(part[:, [camera]]) for camera in range(part.shape[1])]
+            for name, part in pictures.items()
+        },
     }
 
 

@@ -29,7 +29,7 @@ from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.jobs.progress import Reporter, Tell
 from jaxbrdf.jobs.source import Source, is_bundle_content, open_source
-from jaxbrdf.models.table import LEARNED, has_kernel, is_reciprocal
+from jaxbrdf.models.table import LEARNED, is_reciprocal
 from jaxbrdf.opencl.platform import choose, context_of
 from jaxbrdf.opencl.sampler import Sampler
 from jaxbrdf.texture.pyramid import Layout
@@ -115,8 +115,6 @@ def _device(bundle: Bundle) -> list[Verdict]:
     if bundle.manifest.is_spatial:
         query = _under_probes(query, bundle.manifest.config.latents.layout)
     verdicts = []
-    if not has_kernel(bundle.manifest.model):
-        return verdicts
     with contextlib.suppress(OpenCLError):
         device = choose()
         worst = opencl_parity(bundle, device, query, jax_values(bundle, query)).violation * RELATIVE

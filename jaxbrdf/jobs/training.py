@@ -108,6 +108,12 @@ def train(task: Task, budget_seconds: float | None, resume: bool, reporter: Repo
     return Trained(jax.tree.map(np.asarray, state.average), steps, _cost(task, prepared, steps, trained))
 
 
+def step_timer(task: Task, reporter: Reporter) -> Callable[[], float]:
+    """Prepares a training and returns a function that measures the seconds of a step anew, compilation left out."""
+    prepared, state = _prepare(task, Wanted(task.model, task.preset, task.seed), reporter)
+    return lambda: _timed(task, prepared.advance, state, prepared.data)
+
+
 def _resumable(task: Task) -> dict[str, Any]:
     if not task.checkpoint.exists():
         raise FitError(f"{task.checkpoint}: no checkpoint to resume")
@@ -142,13 +148,17 @@ def _prepare(task: Task, wanted: Wanted, reporter: Reporter) -> tuple[_Prepared,
     clock = time.perf_counter()
     jax.block_until_ready(advance.run(advance.place_state(state), placed, jnp.int32(1), jnp.int32(1)))
     seconds["compile"] = time.perf_counter() - clock
-    trial = advance.place_state(state)
-    clock = time.perf_counter()
-    count = min(TRIAL_STEPS, _stride(task.preset))
-    jax.block_until_ready(advance.run(trial, placed, jnp.int32(count), jnp.int32(count)))
-    seconds["step"] = (time.perf_counter() - clock) / count
+    seconds["step"] = _timed(task, advance, advance.place_state(state), placed)
     error = jax.jit(partial(_smape, task))
     return _Prepared(advance, supply, placed, supply.held_out(), error, seconds), advance.place_state(state)
+
+
+def _timed(task: Task, advance: loop.Advance, state: loop.FitState, placed: Any) -> float:
+    """Seconds of a step."""
+    count = min(TRIAL_STEPS, _stride(task.preset))
+    clock = time.perf_counter()
+    jax.block_until_ready(advance.run(state, placed, jnp.int32(count), jnp.int32(count)))
+    return (time.perf_counter() - clock) / count
 
 
 def _first_state(task: Task, typical: Batch) -> loop.FitState:

@@ -44,14 +44,12 @@ class SpatialEntry(NamedTuple):
         build: `config -> Model`, over `jaxbrdf.models.spatial.SpatialCoordinates`.
         is_reciprocal: by construction, whatever the parameters.
         bundle: its name in bundles, where homogeneous models stand beside it.
-        has_kernel: whether OpenCL evaluates it.
     """
 
     config: Callable[..., Any]
     build: Callable[[Any], Model]
     is_reciprocal: bool
     bundle: str
-    has_kernel: bool = False
 
 
 class AnalyticEntry(NamedTuple):
@@ -81,9 +79,7 @@ MODELS: dict[str, ModelEntry] = {
 }
 
 SPATIAL: dict[str, SpatialEntry] = {
-    "gated": SpatialEntry(
-        SpatialGatedConfig, spatial_gated, is_reciprocal=True, bundle="spatial-gated", has_kernel=True
-    ),
+    "gated": SpatialEntry(SpatialGatedConfig, spatial_gated, is_reciprocal=True, bundle="spatial-gated"),
     "tripleplane": SpatialEntry(
         SpatialTripleplaneConfig, spatial_tripleplane, is_reciprocal=True, bundle="spatial-tripleplane"
     ),
@@ -131,11 +127,6 @@ def is_reciprocal(name: str) -> bool:
 def kernel_of(name: str) -> str:
     """The file in kernels_cl/models that evaluates the model of this name."""
     return ANALYTIC[name].kernel if name in ANALYTIC else name.replace("-", "_")
-
-
-def has_kernel(name: str) -> bool:
-    """Whether OpenCL evaluates the model of this name."""
-    return name not in SPATIAL_MODELS or SPATIAL_MODELS[name].has_kernel
 
 
 def first_params(key: jax.Array, name: str, config: Any) -> Params:

@@ -303,7 +303,7 @@ def kernel_source(bundle: Bundle, precision: Precision, shape: Shape, device: cl
 
 
 def _source(bundle: Bundle, macros: dict[str, str], precision: Precision, shape: Shape, device: cl.Device) -> str:
-    fits = 4 * int(macros["JB_WEIGHT_COUNT"]) <= device.local_mem_size // 2
+    fits = 0 < 4 * int(macros["JB_WEIGHT_COUNT"]) <= device.local_mem_size // 2
     weights = "__local" if is_gpu(device) and fits else "__global"
     model = bundle.manifest.model
     if bundle.manifest.is_spatial:

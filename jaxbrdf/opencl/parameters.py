@@ -74,7 +74,7 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
     check_effects(bundle.manifest.model, [name for name, value in fields.items() if value is not None])
     inputs = _inputs(fields)
     if bundle.manifest.is_spatial:
-        own = surface.prepared(bundle.manifest.config, fields)
+        own = surface.prepared(bundle, fields)
         macros, fields, inputs = macros | own.macros, own.fields, None
     weights, texels = _Writer(), _Writer()
     for name, value in fields.items():
@@ -88,7 +88,7 @@ def parameters(bundle: Bundle, shape: Shape, precision: Precision) -> Parameters
             macros |= weights.write(place, {f"{place}_TERMS": str(shares.size // 2)}, shares)
         elif _is_texture(value):
             macros |= texels.write(place, *_texture(place, value))
-        elif name == "s":
+        elif np.ndim(value) == 2:
             macros |= texels.write(place, {}, value.ravel())
         elif value is not None:
             macros |= weights.write(place, {}, np.reshape(value, 1))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.models.shading_frame import NUMBERS
-from jaxbrdf.models.spatial_gated import SpatialGatedConfig
 from jaxbrdf.models.warp import LEAST_EXPONENT
 from jaxbrdf.texture.pyramid import Layout
 
@@ -27,23 +27,60 @@ class Prepared(NamedTuple):
     fields: dict[str, Any]
 
 
-def prepared(config: SpatialGatedConfig, fields: Mapping[str, Any]) -> Prepared:
-    """What the kernel reads in place of a model's parameters: matrices with whole rows, and one map for all that is
-    decoded from latents.
+def prepared(bundle: Bundle, fields: Mapping[str, Any]) -> Prepared:
+    """What the kernel reads in place of a model's parameters.
 
     Args:
-        config: of the model.
+        bundle: of a model over a surface.
         fields: its parameters by name, as numpy arrays.
     """
-    latents = config.latents
-    macros = {**_layout_macros(latents.layout, latents.channels), "JB_PROBES": str(latents.probes)}
-    h, d = (_with_azimuth(fields[name]) for name in ("h", "d"))
+    return PREPARED[bundle.manifest.model](bundle.manifest.config, fields)
+
+
+def _gated(config: Any, fields: Mapping[str, Any]) -> Prepared:
+    """Matrices with whole rows, and one map for all that is decoded from latents."""
+    own = _with_angular_textures(config, fields)
+    macros, h, d = own.macros, own.fields["h"], own.fields["d"]
     if config.gating:
-        macros["JB_GATING"] = str(config.textures.channels)
-        h, d = (_whole_rows(texture, latents.channels) for texture in (h, d))
+        macros = macros | {"JB_GATING": str(config.textures.channels)}
+        h, d = (_whole_rows(texture, config.latents.channels) for texture in (h, d))
     decoded, places = _decoded(fields["frame"], fields["warps"])
-    texels = padded(np.asarray(fields["s"].texels))
-    return Prepared(macros | places, {"s": texels, "h": h, "d": d, "decoded": decoded, "mlp": fields["mlp"]})
+    changed = {"h": h, "d": d, "decoded": decoded, "frame": None, "warps": None}
+    return Prepared(macros | places, own.fields | changed)
+
+
+def _with_angular_textures(config: Any, fields: Mapping[str, Any]) -> Prepared:
+    own = _with_latents(config, fields)
+    return own._replace(fields=own.fields | {name: _with_azimuth(fields[name]) for name in ("h", "d")})
+
+
+def _with_frames(config: Any, fields: Mapping[str, Any]) -> Prepared:
+    own, map_ = _with_latents(config, fields), np.asarray(fields["frame"])
+    layer: Any = (map_,), (np.zeros(map_.shape[1]),)
+    macros = own.macros | {"JB_FRAME_COUNT": str(config.frames)}
+    return Prepared(macros, own.fields | {"frame": Mlp(*layer)})
+
+
+def _with_offset(config: Any, fields: Mapping[str, Any]) -> Prepared:
+    own, latents = _with_latents(config, fields), config.offset_latents
+    macros = own.macros | _layout_macros("OFFSET", latents.layout, latents.channels)
+    return Prepared(macros, own.fields | {"offset": padded(np.asarray(fields["offset"].texels))})
+
+
+def _with_latents(config: Any, fields: Mapping[str, Any]) -> Prepared:
+    latents = config.latents
+    macros = _layout_macros("S", latents.layout, latents.channels) | {"JB_PROBES": str(latents.probes)}
+    return Prepared(macros, {**fields, "s": padded(np.asarray(fields["s"].texels))})
+
+
+PREPARED: dict[str, Callable[[Any, Mapping[str, Any]], Prepared]] = {
+    "spatial-gated": _gated,
+    "spatial-tripleplane": _with_angular_textures,
+    "zeltner": _with_frames,
+    "neumip": _with_offset,
+    "ggx-mip": _with_latents,
+}
+"""By the models' names in bundles."""
 
 
 def padded(rows: np.ndarray) -> np.ndarray:
@@ -51,12 +88,10 @@ def padded(rows: np.ndarray) -> np.ndarray:
     return np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, -rows.shape[-1] % BLOCK)])
 
 
-def _layout_macros(layout: Layout, channels: int) -> dict[str, str]:
+def _layout_macros(place: str, layout: Layout, channels: int) -> dict[str, str]:
     sizes = {"HEIGHT": layout.height, "WIDTH": layout.width, "TOP": layout.top, "CHANNELS": channels}
-    blocks = -(-channels // BLOCK)
-    return {f"JB_S_{name}": str(n) for name, n in (sizes | {"BLOCKS": blocks}).items()} | {
-        "JB_S_WRAP": f"JB_{layout.wrap.upper()}"
-    }
+    numbers = {f"JB_{place}_{name}": str(n) for name, n in (sizes | {"BLOCKS": -(-channels // BLOCK)}).items()}
+    return numbers | {f"JB_{place}_WRAP": f"JB_{layout.wrap.upper()}"}
 
 
 def _with_azimuth(texture: np.ndarray) -> np.ndarray:

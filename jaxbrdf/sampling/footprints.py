@@ -29,7 +29,7 @@ SPREAD = 0.2
 
 
 def draw_places(
-    key: jax.Array, wo: jax.Array, *, texels: int, crowding: float = CROWDING
+    key: jax.Array, wo: jax.Array, *, texels: int, crowding: float = CROWDING, stretched: bool = True
 ) -> tuple[jax.Array, jax.Array]:
     """uv `(..., 2)` uniform in the unit square and a footprint `(..., 2, 2)` for every viewer `(..., 3)`.
 
@@ -38,12 +38,15 @@ def draw_places(
         wo: viewers.
         texels: along the texture's longer side.
         crowding: positive; see `CROWDING`, the paper's.
+        stretched: as the view's slant makes them; otherwise all are round, of size e.
     """
     key_uv, key_scale, key_turn, key_length = jax.random.split(key, 4)
     batch = wo.shape[:-1]
     uv = jax.random.uniform(key_uv, (*batch, 2), wo.dtype)
     e = footprint_scale(jax.random.uniform(key_scale, batch, wo.dtype), texels=texels, crowding=crowding)
     phi = 2.0 * jnp.pi * jax.random.uniform(key_turn, batch, wo.dtype)
+    if not stretched:
+        return uv, turned_footprint(e, e, phi)
     length = (1.0 + SPREAD * jax.random.normal(key_length, batch, wo.dtype)) / cos_theta(lift(wo))
     return uv, turned_footprint(e * length, e, phi)
 

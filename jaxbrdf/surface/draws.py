@@ -35,11 +35,13 @@ class SurfaceDraws:
         samples: points of the footprint that a target is the mean of.
         crowding: how much finer footprints are preferred (`jaxbrdf.sampling.footprints.CROWDING`).
         scattered: whether half of the light is drawn as points scatter it; otherwise all is cosine-distributed.
+        stretched: whether footprints are as long as a slanted view makes them; otherwise all are round.
     """
 
     samples: int
     crowding: float = footprints.CROWDING
     scattered: bool = True
+    stretched: bool = True
 
 
 class Targets(NamedTuple):
@@ -72,7 +74,7 @@ def _draw_query(
     key_view, key_light, key_place, key_point = jax.random.split(key, 4)
     wo, wi = (square_to_cosine(jax.random.uniform(k, (count, 2))) for k in (key_view, key_light))
     longer = max(layout.height, layout.width)
-    uv, footprint = draw_places(key_place, wo, texels=longer, crowding=config.crowding)
+    uv, footprint = draw_places(key_place, wo, texels=longer, crowding=config.crowding, stretched=config.stretched)
     query = Query(wi, wo, uv, footprint)
     if not config.scattered:
         return query

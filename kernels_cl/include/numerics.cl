@@ -111,6 +111,12 @@ JB_INLINE jb_real jb_tanh(const jb_real x) {
     return jb_abs(x) < 0.4f ? near : (x < 0.0f ? -far : far);
 }
 
+// ln(1 + exp(x)), to 4e-7 of it or of one.
+JB_INLINE jb_real jb_softplus(const jb_real x) {
+    const jb_real beyond = jb_log2(1.0f + jb_exp2(-1.44269504f * jb_abs(x)));
+    return jb_max(x, JB_REAL(0.0f)) + 0.693147181f * beyond;
+}
+
 // 1 / (1 + exp(-x)).
 JB_INLINE jb_real jb_sigmoid(const jb_real x) { return 1.0f / (1.0f + jb_exp2(-1.44269504f * x)); }
 

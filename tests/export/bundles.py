@@ -11,10 +11,14 @@ from jaxbrdf.checks.parity import demanding_params, random_params, with_isotropy
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.manifest import Manifest, Provenance
 from jaxbrdf.models.gated import GatedConfig
+from jaxbrdf.models.ggx_mip import GgxMipConfig
 from jaxbrdf.models.half_difference import TextureSizes
+from jaxbrdf.models.neumip import NeumipConfig
 from jaxbrdf.models.spatial import LatentTexture
 from jaxbrdf.models.spatial_gated import SpatialGatedConfig
+from jaxbrdf.models.spatial_tripleplane import SpatialTripleplaneConfig
 from jaxbrdf.models.table import LEARNED, MODELS
+from jaxbrdf.models.zeltner import ZeltnerConfig
 from jaxbrdf.types import Params
 
 VARIANTS: dict[str, tuple[str, Any]] = {
@@ -41,6 +45,16 @@ SURFACES: dict[str, tuple[str, Any]] = {
     "surface without gating": ("spatial-gated", dataclasses.replace(SURFACE, gating=False)),
     "surface without frame": ("spatial-gated", dataclasses.replace(SURFACE, frame=False)),
     "surface without warps": ("spatial-gated", dataclasses.replace(SURFACE, warp_terms=0)),
+    "surface of planes": (
+        "spatial-tripleplane",
+        SpatialTripleplaneConfig(LatentTexture(32, 64), TextureSizes(False, 9, 10, 11, 12, 3), (7,)),
+    ),
+    "surface of frames": ("zeltner", ZeltnerConfig(LatentTexture(32, 64, channels=9), frames=3, hidden=(9, 5))),
+    "surface of relief": (
+        "neumip",
+        NeumipConfig(LatentTexture(32, 64), (9,), LatentTexture(16, 32, channels=7, levels=1), (6,)),
+    ),
+    "surface of lobes": ("ggx-mip", GgxMipConfig(LatentTexture(32, 64, channels=12))),
 }
 
 PROVENANCE = Provenance("chm_light_blue_rgb.bsdf", "ab" * 32, "0.1.0", 3, "quick", 1000)

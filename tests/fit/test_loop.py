@@ -12,6 +12,7 @@ import pytest
 
 from jaxbrdf.fit.batch import Batch
 from jaxbrdf.fit.loop import Advance, FitState, LoopConfig, compile_advance, start
+from jaxbrdf.texture.pyramid import Layout, Pyramid
 from tests.fit.batches import batch_of
 
 POOL, STEPS, RATE, EMA = 256, 23, 0.05, 0.1
@@ -84,6 +85,46 @@ def test_it_is_gradient_descent_over_slices_of_the_pool(batch: int, microbatch: 
         np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6)
 
 
+class Relief(NamedTuple):
+    """f = slope x + the height of the one texel of a pyramid, `(3,)` each."""
+
+    slope: jax.Array
+    heights: Pyramid
+
+
+def on_relief(params: Relief, batch: Batch) -> jax.Array:
+    return square(Line(params.slope, params.heights.texels[0]), batch)
+
+
+def in_turns(batch: int, microbatch: int) -> tuple[np.ndarray, np.ndarray]:
+    """Slope and height in float64, on one device: the slope moves after every microbatch, the height by their mean."""
+    x, f, weight = (np.asarray(leaf, np.float64) for leaf in pool())
+    slope, height = np.zeros(3), np.zeros(3)
+    for step in range(STEPS):
+        rate, down = RATE * (1 - step / STEPS) * 2 / 3, []
+        for begin in range(0, batch, microbatch):
+            at = step % (POOL // batch) * batch + begin + np.arange(microbatch)
+            error = weight[at] * (slope[:, None] * x[at] + height[:, None] - f[:, at])
+            slope = slope - rate * np.mean(error * x[at], axis=1)
+            down.append(np.mean(error, axis=1))
+        height = height - rate * np.mean(down, axis=0)
+    return slope, height
+
+
+def test_in_turns_what_is_shared_moves_after_every_microbatch_and_pyramids_once_a_step():
+    first = Relief(jnp.zeros(3), Pyramid(Layout(1, 1), jnp.zeros((1, 3))))
+    advance = compiled(LoopConfig(64, 8, EMA, turn=16), devices=1, loss=on_relief)
+    state, _ = advance.run(
+        advance.place_state(start(first, optax.scale(-RATE))),
+        advance.place_data(pool()),
+        jnp.int32(STEPS),
+        jnp.int32(STEPS),
+    )
+    slope, height = in_turns(64, 16)
+    np.testing.assert_allclose(state.params.slope, slope, rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(state.params.heights.texels[0], height, rtol=1e-5, atol=1e-6)
+
+
 def test_the_same_start_gives_the_same_bits_however_the_steps_are_counted():
     config = LoopConfig(32, 8, EMA)
     once, again = run(compiled(config))[0], run(compiled(config))[0]
@@ -117,6 +158,13 @@ def test_a_batch_that_does_not_divide_is_refused():
 def test_a_share_that_does_not_divide_into_microbatches_is_refused():
     with pytest.raises(ValueError, match="microbatch is 12; it must divide a device's share of the batch, 16"):
         compiled(LoopConfig(32, 12))
+
+
+def test_a_batch_that_does_not_divide_into_turns_is_refused():
+    with pytest.raises(ValueError, match="turn is 12; it must divide the batch, 32"):
+        compiled(LoopConfig(32, 8, turn=12))
+    with pytest.raises(ValueError, match="turn is 1; it must be a multiple of the 2 devices"):
+        compiled(LoopConfig(32, 8, turn=1))
 
 
 def test_a_pool_smaller_than_a_batch_is_refused():

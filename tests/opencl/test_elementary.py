@@ -110,6 +110,14 @@ def test_angle_in_every_octant_and_magnitude(opencl: Device, shape: Shape):
 
 
 @pytest.mark.parametrize("shape", SHAPES[::3], ids=str)
+def test_softplus(opencl: Device, shape: Shape):
+    x = np.concatenate([even(-200.0, 200.0), signed(spread(1e-30, 1e30))])
+    found = run(opencl, ["numerics"], "out[0] = jb_softplus(x_0);", {"x": x[:, None]}, 1, shape=shape)[:, 0]
+    exact = np.logaddexp(0.0, x.astype(np.float64))
+    assert (np.abs(found - exact) <= 4e-7 * np.maximum(exact, 1.0)).all()
+
+
+@pytest.mark.parametrize("shape", SHAPES[::3], ids=str)
 def test_limits_and_faults(opencl: Device, shape: Shape):
     x = np.array([np.nan, np.inf, -np.inf, 1000, -1000, 0, -0.0, TINY, -1], np.float32)
     body = "out[0] = jb_exp2(x_0); out[1] = x_0; jb_silu_after(out + 1, 1); out[2] = jb_safe_sqrt(x_0);"

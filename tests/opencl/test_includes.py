@@ -6,6 +6,7 @@ import numpy as np
 import pyopencl as cl
 import pytest
 from scipy.ndimage import map_coordinates
+from scipy.spatial.transform import Rotation
 from scipy.special import expit
 
 from jaxbrdf.opencl import network
@@ -105,6 +106,55 @@ def test_turning_back_leaves_no_azimuth(opencl: Device, shape: Shape):
     np.testing.assert_allclose(found[:, 3], sine, rtol=7e-7)
     assert (np.abs(found[:, 1]) <= 4e-7 * sine).all()
     np.testing.assert_array_equal(found[:, 2], w[:, 2])
+
+
+@narrowest_and_widest
+def test_directions_about_a_normal(opencl: Device, shape: Shape):
+    wi, wo, n = directions(20), directions(21), directions(22)
+    n = n[n[:, 2] > 0.01]
+    wi, wo = wi[: len(n)], wo[: len(n)]
+    body = f"""{WI_WO} const jb_real3 upward = {{3.0f * n_0, 3.0f * n_1, 3.0f * n_2}};
+        const jb_NormalMapped seen = jb_normal_mapped(upward, wi, wo);
+        out[0] = seen.wi.x; out[1] = seen.wi.y; out[2] = seen.wi.z; out[3] = seen.wo.z; out[4] = seen.gain;"""
+    found = run(opencl, ["normal_mapped"], body, {"wi": wi, "wo": wo, "n": n}, 5, shape=shape)
+    axis = np.cross([0.0, 0.0, 1.0], n)
+    sine = np.linalg.norm(axis, axis=1, keepdims=True)
+    angle = np.arctan2(sine, n[:, 2:])
+    to_normal = Rotation.from_rotvec(axis / np.where(sine > 0, sine, 1.0) * angle)
+    light, view = (to_normal.inv().apply(w) for w in (wi, wo))
+    np.testing.assert_allclose(found[:, :4], np.column_stack([light, view[:, 2]]), atol=1e-6)
+    lit = (light[:, 2] > 1e-5) & (view[:, 2] > 1e-5)
+    gain = 0.5 * (light[:, 2] / wi[:, 2] + view[:, 2] / wo[:, 2])
+    slack = 1e-6 * (1.0 / wi[:, 2] + 1.0 / wo[:, 2])
+    assert (np.abs(found[:, 4] - gain)[lit] <= slack[lit]).all()
+    assert (found[:, 4][(light[:, 2] < -1e-5) | (view[:, 2] < -1e-5)] == 0.0).all()
+    assert lit.sum() > 0.5 * len(n)
+
+
+def correlated_lobe(matrix: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> float:
+    """D G2 / (4 cos_i cos_o) of GGX along the eigenvectors of the roughness matrix (Heitz 2014, Eqs. 72, 85, 99)."""
+    alpha, axes = np.linalg.eigh(matrix)
+    light, view = (np.array([*(w[:2] @ axes), w[2]]) for w in (wi, wo))
+    wh = (light + view) / np.linalg.norm(light + view)
+    d = 1.0 / (np.pi * alpha.prod() * (((wh[:2] / alpha) ** 2).sum() + wh[2] ** 2) ** 2)
+    masked = [0.5 * (np.sqrt(1.0 + ((alpha * w[:2]) ** 2).sum() / w[2] ** 2) - 1.0) for w in (light, view)]
+    return d / (1.0 + sum(masked)) / (4.0 * light[2] * view[2])
+
+
+@narrowest_and_widest
+def test_lobe_of_a_roughness_matrix(opencl: Device, shape: Shape):
+    wi, wo = directions(23), directions(24)
+    raw = np.random.default_rng(25).normal(0.0, 2.0, (COUNT, 3)).astype(np.float32)
+    body = f"""{WI_WO} const jb_Tensor own = jb_raw_tensor(raw_0, raw_1, raw_2);
+        out[0] = jb_tensor_lobe(own, wi, wo, jb_facet(wi, wo).wh); out[1] = own.determinant;"""
+    found = run(opencl, ["tensor"], body, {"wi": wi, "wo": wo, "raw": raw}, 2, shape=shape)
+    least = 0.045**2
+    a, b = (least + (1.0 - least) * expit(raw[:, k].astype(np.float64)) for k in (0, 1))
+    c = np.tanh(raw[:, 2].astype(np.float64)) * np.sqrt(np.minimum((1 - a) * (1 - b), (a - least) * (b - least)))
+    matrices = np.moveaxis(np.array([[a, c], [c, b]]), -1, 0)
+    wanted = [correlated_lobe(*of) for of in zip(matrices, *(w.astype(np.float64) for w in (wi, wo)), strict=True)]
+    np.testing.assert_allclose(found[:, 1], np.linalg.det(matrices), rtol=2e-5)
+    np.testing.assert_allclose(found[:, 0], wanted, rtol=2e-4)
 
 
 @pytest.mark.parametrize(("name", "period"), [("jb_half_turn", np.pi), ("jb_full_turn", 2 * np.pi)])

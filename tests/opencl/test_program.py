@@ -5,7 +5,7 @@ from importlib.resources import files
 import pytest
 
 from jaxbrdf.errors import OpenCLError
-from jaxbrdf.models.table import BUNDLED, has_kernel, kernel_of
+from jaxbrdf.models.table import BUNDLED, kernel_of
 from jaxbrdf.opencl.program import build
 from jaxbrdf.opencl.shape import Shape
 from jaxbrdf.opencl.source import helpers, settings
@@ -16,7 +16,7 @@ HELPERS = sorted(f.name.removesuffix(".cl") for f in files("kernels_cl").joinpat
 
 def test_every_model_has_a_kernel():
     models = {f.name for f in files("kernels_cl").joinpath("models").iterdir()}
-    assert models == {f"{kernel_of(name)}.cl" for name in BUNDLED if has_kernel(name)}
+    assert models == {f"{kernel_of(name)}.cl" for name in BUNDLED}
 
 
 def test_the_compilers_first_error_is_told(opencl: Device):
