@@ -21,13 +21,12 @@ from typing import Any
 
 import jax
 import numpy as np
-import pyopencl as cl
 
 from jaxbrdf.checks.parity import random_params
 from jaxbrdf.export.bundle import Bundle, from_bytes, to_bytes
 from jaxbrdf.export.bundle import material as jax_material
 from jaxbrdf.export.manifest import Manifest, Provenance
-from jaxbrdf.jobs.price import interleaved
+from jaxbrdf.jobs.price import interleaved, opencl_run
 from jaxbrdf.models.spatial_gated import SpatialGatedConfig, spatial_gated
 from jaxbrdf.opencl import Material
 from jaxbrdf.opencl.platform import choose, context_of, describe
@@ -62,20 +61,6 @@ def frame(key: jax.Array, *, count: int) -> Query:
     wi, wo = square_to_cosine(u[0]), square_to_cosine(u[1])
     uv, footprint = draw_places(key_places, wo, texels=max(CONFIG.latents.height, CONFIG.latents.width))
     return Query(wi, wo, uv, footprint)
-
-
-def opencl_run(material: Material, query: Query) -> Callable[[], Any]:
-    """A function that evaluates the query, which lies on the device already."""
-    flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
-
-    def planar(part: Any) -> cl.Buffer:
-        rows = np.ascontiguousarray(np.asarray(part).reshape(len(part), -1).T)
-        return cl.Buffer(material.context, flags, hostbuf=rows)
-
-    wi, wo, uv = planar(query.wi), planar(query.wo), planar(query.uv)
-    footprint = None if query.footprint is None else planar(query.footprint)
-    out = cl.Buffer(material.context, cl.mem_flags.WRITE_ONLY, 12 * len(query.wi))
-    return lambda: material.enqueue(material.queue, wi, wo, out, uv=uv, footprint=footprint).wait()
 
 
 def jax_run(made: Bundle, query: Query) -> Callable[[], Any]:

@@ -14,7 +14,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from experiments.surface_tables import surface_ablations, surface_ratios, surfaces
+from experiments.surface_tables import (
+    spatial_opencl,
+    spatial_throughput,
+    surface_ablations,
+    surface_ratios,
+    surfaces,
+)
 from jaxbrdf.report.tables import Column, Row, geometric_mean, grouped, markdown, with_block
 
 ROOT = Path(__file__).parents[1]
@@ -258,6 +264,8 @@ TABLES = (
     Table("surfaces", "bench_surfaces.py", surfaces),
     Table("surface_ratios", "bench_surfaces.py", surface_ratios, source="surfaces"),
     Table("surface_ablations", "bench_surface_ablations.py", surface_ablations),
+    Table("spatial_opencl", "bench_spatial_opencl.py", spatial_opencl),
+    Table("spatial_throughput", "bench_spatial_throughput.py", spatial_throughput),
     Table("rgl_mitsuba", "check_rgl_against_mitsuba.py", rgl),
 )
 

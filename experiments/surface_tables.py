@@ -79,3 +79,36 @@ def _flip(row: dict[str, Any], model: str) -> float:
 
 def _coarse_flip(row: dict[str, Any], model: str) -> float:
     return row["materials"][model]["from_two_texels"]["flip"][0]
+
+
+def spatial_opencl(found: dict[str, Any]) -> str:
+    """Milliseconds of a frame, medians and quartiles."""
+    titles = {
+        "opencl": "OpenCL, texels in float16",
+        "opencl_float32": "OpenCL, texels in float32",
+        "opencl_points": "OpenCL, points without filtering",
+        "jax": "jitted JAX",
+    }
+    rows = [
+        {"what": title, "ms": "{median:.0f} ({lower:.0f} to {upper:.0f})".format(**found["milliseconds"][key])}
+        for key, title in titles.items()
+    ]
+    ratio = "{median:.1f} ({lower:.1f} to {upper:.1f})".format(**found["jax_over_opencl"])
+    rows.append({"what": "jitted JAX over OpenCL", "ms": ratio})
+    return markdown(rows, (Column("what", "frame of 1920 x 1080"), Column("ms", "ms")))
+
+
+def spatial_throughput(found: dict[str, Any]) -> str:
+    """Training queries a second, and the ratio of the better of one and two cores."""
+    parts = {"model": "queries given", "whole": "queries and targets drawn"}
+    rows = [
+        {"what": title, "ratio": found[part]["ratio"]} | found[part]["samples_per_second"]
+        for part, title in parts.items()
+    ]
+    sides = {"jax": "this package", "torch": "eager PyTorch"}
+    columns = [
+        Column(f"{side} {cores}", f"{title}, {count}", ",.0f")
+        for side, title in sides.items()
+        for cores, count in ((1, "one core"), (2, "two"))
+    ]
+    return markdown(rows, (Column("what", "queries a second"), *columns, Column("ratio", "best over best", ".1f")))

@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxbrdf.jobs.price import ROUNDS, best_jax_run, interleaved, opencl_run, price_of, timed_query
+from jaxbrdf.jobs.price import ROUNDS, best_jax_run, interleaved, opencl_run, price_of, timed_query, timed_query_on
 from jaxbrdf.jobs.source import open_bundle
 from jaxbrdf.models.mlp import Mlp
 from jaxbrdf.opencl import ceiling
@@ -19,17 +19,18 @@ from jaxbrdf.opencl.platform import choose, context_of, describe
 def bench(name: str) -> dict[str, Any]:
     """Rates of the bundle on the chosen device, medians over interleaved rounds.
 
-    `gflops` counts the products and sums of the network's layers alone, `fma_ceiling_gflops` is the best round.
+    `gflops` counts the products and sums of the network's layers alone, `fma_ceiling_gflops` is the best round. Of a
+    material over a surface the queries are at random places under footprints of all scales.
 
     Raises:
         JaxbrdfError: if the bundle or the device cannot be used.
     """
-    bundle = open_bundle(name)
+    bundle = open_bundle(name, surfaces=True)
     context = context_of(choose())
     clock = time.perf_counter()
     material = Material.load(bundle, context)
     build_seconds = time.perf_counter() - clock
-    query = timed_query()
+    query = timed_query_on(bundle.manifest.config.latents.layout) if bundle.manifest.is_spatial else timed_query()
     run = opencl_run(material, query)
     jax_run, jax_count = best_jax_run(bundle, query)
     chains, peaks = ceiling.all_chains(context), []

@@ -15,7 +15,9 @@ from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.export.bundle import material as jax_material
 from jaxbrdf.jobs.progress import Reporter
 from jaxbrdf.opencl.material import Material
+from jaxbrdf.sampling.footprints import draw_places
 from jaxbrdf.sampling.pairs import draw_weighted
+from jaxbrdf.texture.pyramid import Layout
 from jaxbrdf.types import Query
 
 QUERIES = 250_000
@@ -57,6 +59,14 @@ def timed_query(*, count: int = QUERIES) -> Query:
     return Query(wi, wo)
 
 
+def timed_query_on(layout: Layout, *, count: int = QUERIES) -> Query:
+    """The same at random places of a texture, under footprints of all scales as training draws them: neighbours have
+    nothing in common, unlike those of a picture."""
+    query = timed_query(count=count)
+    uv, footprint = draw_places(jax.random.key(1), query.wo, texels=max(layout.height, layout.width))
+    return query._replace(uv=uv, footprint=footprint)
+
+
 def opencl_prices(
     bundles: Mapping[str, Bundle], context: cl.Context, *, reporter: Reporter, rounds: int = PRICE_ROUNDS
 ) -> dict[str, Price]:
@@ -82,19 +92,26 @@ def price_of(times: Sequence[float], count: int) -> Price:
 
 
 class DeviceArrays(NamedTuple):
-    """A query and room for its values in a device's memory."""
+    """A query and room for its values in a device's memory; uv and footprint are None where the query has none."""
 
     wi: cl.Buffer
     wo: cl.Buffer
     f: cl.Buffer
+    uv: cl.Buffer | None
+    footprint: cl.Buffer | None
 
 
 def device_arrays(context: cl.Context, query: Query) -> DeviceArrays:
-    """The query `(n, 3)` on the context's device."""
-    flags = cl.mem_flags
-    planar = [np.ascontiguousarray(np.asarray(w).T) for w in (query.wi, query.wo)]
-    wi, wo = (cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=w) for w in planar)
-    return DeviceArrays(wi, wo, cl.Buffer(context, flags.WRITE_ONLY, planar[0].nbytes))
+    """The query of n pairs on the context's device."""
+    flags, count = cl.mem_flags, len(query.wi)
+
+    def planar(part: jax.Array) -> cl.Buffer:
+        rows = np.ascontiguousarray(np.asarray(part).reshape(count, -1).T)
+        return cl.Buffer(context, flags.READ_ONLY | flags.COPY_HOST_PTR, hostbuf=rows)
+
+    uv, footprint = (None if part is None else planar(part) for part in (query.uv, query.footprint))
+    f = cl.Buffer(context, flags.WRITE_ONLY, 12 * count)
+    return DeviceArrays(planar(query.wi), planar(query.wo), f, uv, footprint)
 
 
 def opencl_run(material: Material, query: Query) -> Callable[[], Any]:
@@ -103,7 +120,8 @@ def opencl_run(material: Material, query: Query) -> Callable[[], Any]:
 
 
 def _evaluate(material: Material, arrays: DeviceArrays) -> None:
-    material.enqueue(material.queue, *arrays).wait()
+    wi, wo, f, uv, footprint = arrays
+    material.enqueue(material.queue, wi, wo, f, uv=uv, footprint=footprint).wait()
 
 
 def jax_run(bundle: Bundle, query: Query) -> Callable[[], Any]:
@@ -116,7 +134,7 @@ def jax_run(bundle: Bundle, query: Query) -> Callable[[], Any]:
 def best_jax_run(bundle: Bundle, query: Query) -> tuple[Callable[[], Any], int]:
     """A function that evaluates jitted JAX's best batch, found here, and how many queries that is."""
     batches = [n for n in JAX_BATCHES if n <= len(query.wi)] or [len(query.wi)]
-    runs = {n: jax_run(bundle, Query(query.wi[:n], query.wo[:n])) for n in batches}
+    runs = {n: jax_run(bundle, jax.tree.map(lambda part, n=n: part[:n], query)) for n in batches}
     times = interleaved({str(n): run for n, run in runs.items()}, 5)
     best = max(batches, key=lambda n: n / float(np.median(times[str(n)])))
     return runs[best], best

@@ -15,6 +15,7 @@ from jaxbrdf.jobs import bench, price
 from jaxbrdf.jobs.progress import Silent
 from jaxbrdf.models.mlp import init
 from jaxbrdf.opencl.platform import choose, context_of
+from tests.export.bundles import random_bundle
 from tests.jobs.tiny import Listener, run_json
 
 KEYS = {
@@ -32,6 +33,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few queries, few rounds, and no chains of a second."""
     monkeypatch.setattr(price, "JAX_BATCHES", (2**8,))
     monkeypatch.setattr(bench, "timed_query", partial(price.timed_query, count=1000))
+    monkeypatch.setattr(bench, "timed_query_on", partial(price.timed_query_on, count=1000))
     monkeypatch.setattr(bench, "ROUNDS", 3)
     monkeypatch.setattr(bench.ceiling, "PROCESSOR_CUTS", ((8, 8),))
 
@@ -46,6 +48,16 @@ def test_a_benchmark_has_every_rate(capsys: pytest.CaptureFixture[str], bundle: 
     assert (found["name"], found["model"], found["precision"]) == ("light blue", "gated", "float32")
     # 12-12-12-3: a multiplication and an addition for each weight
     assert found["gflops"] == pytest.approx(2 * (12 * 12 + 12 * 12 + 12 * 3) / found["ns_per_evaluation"])
+
+
+def test_a_material_over_a_surface_is_timed_at_places_under_footprints(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+):
+    file = tmp_path / "planes.safetensors"
+    bundles.save(file, random_bundle("surface of planes"))
+    found = run_json(capsys, "bench", file)
+    assert all(found[key] > 0 for key in KEYS)
+    assert found["model"] == "spatial-tripleplane"
 
 
 def test_operations_are_those_of_all_layers():
