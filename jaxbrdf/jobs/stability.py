@@ -22,6 +22,7 @@ from jaxbrdf.checks.parity import (
     placed,
 )
 from jaxbrdf.checks.partition import partition_around
+from jaxbrdf.checks.placed import at_place
 from jaxbrdf.checks.precision import coordinate_slack
 from jaxbrdf.checks.suite import SIGNIFICANCE, STEPS, VIEWERS, Subject, Verdict, run_checks, viewer
 from jaxbrdf.errors import DataError, OpenCLError
@@ -33,7 +34,7 @@ from jaxbrdf.models.table import LEARNED, is_reciprocal
 from jaxbrdf.opencl.platform import choose, context_of
 from jaxbrdf.opencl.sampler import Sampler
 from jaxbrdf.texture.pyramid import Layout
-from jaxbrdf.types import Brdf, Query
+from jaxbrdf.types import Query
 
 SEED = 20_260_102
 
@@ -78,23 +79,7 @@ def _subjects(source: Source) -> dict[str, Subject]:
     subject = _subject(source)
     if source.bundle is None or not source.bundle.manifest.is_spatial:
         return {"": subject}
-    return {f"{name}: ": _placed(subject, *place) for name, place in PLACES.items()}
-
-
-def _placed(subject: Subject, uv: tuple[float, float], size: float) -> Subject:
-    """The reflectance of one place under a round footprint."""
-    brdf, slack = subject.material.brdf, subject.slack
-
-    def at(query: Query) -> Query:
-        batch, kind = query.wi.shape[:-1], query.wi.dtype
-        footprint = jnp.broadcast_to(jnp.asarray(size * np.eye(2), kind), (*batch, 2, 2))
-        return query._replace(uv=jnp.broadcast_to(jnp.asarray(uv, kind), (*batch, 2)), footprint=footprint)
-
-    at_place = Brdf(lambda params, query: brdf.eval(params, at(query)))
-    return subject._replace(
-        material=subject.material._replace(brdf=at_place),
-        slack=None if slack is None else lambda query: slack(at(query)),
-    )
+    return {f"{name}: ": at_place(subject, *place) for name, place in PLACES.items()}
 
 
 def _subject(source: Source) -> Subject:

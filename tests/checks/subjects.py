@@ -6,6 +6,7 @@ A new BRDF joins all checks by one row (`test_subjects.py`), which names what it
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -35,6 +36,8 @@ from jaxbrdf.brdf.sgd import SGD, SgdParams
 from jaxbrdf.brdf.sheen import SHEEN, SheenParams
 from jaxbrdf.brdf.substrate import SUBSTRATE, SubstrateParams
 from jaxbrdf.checks.parity import demanding_params, random_params, with_isotropy
+from jaxbrdf.checks.placed import at_place
+from jaxbrdf.checks.precision import coordinate_slack
 from jaxbrdf.checks.suite import Subject
 from jaxbrdf.core.beckmann import Beckmann
 from jaxbrdf.core.directions import above_horizon
@@ -44,7 +47,8 @@ from jaxbrdf.core.roughness import Axes, Isotropic, Tensor, Turned
 from jaxbrdf.export.assembled import BundleParams, assembled
 from jaxbrdf.export.parts import Parts
 from jaxbrdf.models.mlp import Mlp
-from jaxbrdf.models.table import ANALYTIC, MODELS, brdf_of, config_of, is_reciprocal
+from jaxbrdf.models.spatial import LatentTexture
+from jaxbrdf.models.table import ANALYTIC, MODELS, SPATIAL, brdf_of, config_of, is_reciprocal
 from jaxbrdf.sampling.conditional import ViewGrid, conditional, tabulate_conditional
 from jaxbrdf.sampling.defensive import defensive
 from jaxbrdf.sampling.mixture import MixtureParams, mixture
@@ -152,6 +156,25 @@ def of_model(name: str, *, peak: float = 1.0) -> Subject:
     model = MODELS[name].build(config)
     params = random_params(1, model) if peak == 1.0 else _brightened(demanding_params(jax.random.key(0), model), peak)
     return Subject(Material("", brdf, jax.tree.map(jnp.asarray, params), False), reciprocal=is_reciprocal(name))
+
+
+def of_surface(name: str) -> Subject:
+    """A model over a surface with random parameters, at a place under a footprint of two texels."""
+    entry = SPATIAL[name]
+    sizes = entry.config()
+    latents = {
+        field.name: replace(getattr(sizes, field.name), height=16, width=16)
+        for field in fields(sizes)
+        if isinstance(getattr(sizes, field.name), LatentTexture)
+    }
+    model = entry.build(replace(sizes, **latents))
+    params = jax.tree.map(jnp.asarray, demanding_params(jax.random.key(8), model))
+    whole = Subject(
+        Material("", Brdf(model.eval), params, False),
+        reciprocal=entry.is_reciprocal,
+        slack=partial(coordinate_slack, model, params),
+    )
+    return at_place(whole, (0.37, 0.61), 1.0 / 8.0)
 
 
 def bundled() -> Subject:
@@ -311,6 +334,7 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
 LEARNED: Mapping[str, Row] = MappingProxyType(
     {
         **{f"model {name}": Row(name, lambda name=name: of_model(name)) for name in (*MODELS, *ANALYTIC)},
+        **{f"surface {name}": Row(SPATIAL[name].bundle, lambda name=name: of_surface(name)) for name in SPATIAL},
         "bundle with scale and sampler": Row(assembled, bundled),
         "model gated, peaks of 1e6": Row("gated", lambda: of_model("gated", peak=1e6)),
     }
