@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -24,8 +26,18 @@ def side_by_side(fit: np.ndarray, reference: np.ndarray, *, title: str, note: st
     shown, wanted = tonemap(fit, exposure), tonemap(reference, exposure)
     difference = np.clip(DIFFERENCE_GAIN * np.abs(shown - wanted), 0.0, 1.0)
     panels = {"reference": wanted, title: shown, f"{DIFFERENCE_GAIN:.0f} x |difference|": difference}
-    figure = Figure(figsize=(9.0, 3.4), facecolor="black")
-    for axes, (name, image) in zip(figure.subplots(1, 3), panels.items(), strict=True):
+    return in_a_row(panels, note=note)
+
+
+def in_a_row(panels: Mapping[str, np.ndarray], *, note: str) -> bytes:
+    """A PNG of pictures beside each other.
+
+    Args:
+        panels: sRGB pictures `(H, W, 3)` in [0, 1] by their titles.
+        note: below the middle.
+    """
+    figure = Figure(figsize=(3.0 * len(panels), 3.4), facecolor="black")
+    for axes, (name, image) in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels.items(), strict=True):
         axes.imshow(image, interpolation="nearest")
         axes.set_title(name, color="white", fontsize=10)
         axes.set_axis_off()

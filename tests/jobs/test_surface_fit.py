@@ -10,6 +10,7 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
+from jax.experimental.compilation_cache import compilation_cache
 
 from jaxbrdf import cli
 from jaxbrdf.errors import JaxbrdfError
@@ -32,7 +33,7 @@ SIZE = 16
 
 def tiny() -> SurfacePreset:
     quick = SURFACE_PRESETS["quick"]()
-    loop = LoopConfig(batch=512, microbatch=256, ema=0.02)
+    loop = LoopConfig(batch=512, microbatch=64, ema=0.02, turn=128)
     return replace(quick, training=replace(quick.training, name="tiny", steps=240, loop=loop))
 
 
@@ -48,6 +49,16 @@ def hasten() -> Iterator[None]:
         for name, value in {"SIZE": 12, "SCALES": 3, "SAMPLES": 4, "DRAWS": 2**10}.items():
             patch.setattr(surface_judge, name, value)
         yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compile_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The same training is compiled by several tests, a minute of the processor each."""
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path_factory.mktemp("compiled")))
+    compilation_cache.reset_cache()
+    yield
+    jax.config.update("jax_compilation_cache_dir", None)
+    compilation_cache.reset_cache()
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +197,7 @@ def test_compare_judges_a_bundle_by_its_folder(
 def test_commands_for_one_reflectance_refuse_a_surface(
     fitted: tuple[Path, dict[str, Any], Listener], capsys: pytest.CaptureFixture[str]
 ):
-    for command, *others in (["bench"], ["render", "-o", "x.png"], ["compare", "gold"]):
+    for command, *others in (["render", "-o", "x.png"], ["compare", "gold"]):
         assert cli.run([command, str(fitted[0]), *others]) != 0
         assert "varies over a surface" in capsys.readouterr().err
 
