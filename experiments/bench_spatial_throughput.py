@@ -51,6 +51,9 @@ SIZE = 256
 PROBES = 16
 ROUNDS = 7
 STEPS = 4
+FLOOR, MOST = 0.3, 10.0
+"""Of `losses.tempered`."""
+
 PRESET = SURFACE_PRESETS["quick"]()
 BATCH, TURN = PRESET.training.loop.batch, PRESET.training.loop.turn or 0
 TURNS = BATCH // TURN
@@ -112,7 +115,7 @@ def torch_trainers(data: dict[str, Any]) -> dict[str, Callable[[], Any]]:
     of_shared, of_latents = adam_of(shared), adam_of([arrays["s"]], lr=rates.spatial_rate)
     parameters = [p.detach() for p in model.parameters()]
     average = [p.clone() for p in parameters]
-    floor = 0.3 * given_f.mean()
+    floor = FLOOR * given_f.mean()
 
     def step(source: Callable[[int], Any]) -> None:
         of_latents.zero_grad()
@@ -121,8 +124,10 @@ def torch_trainers(data: dict[str, Any]) -> dict[str, Callable[[], Any]]:
             of_shared.zero_grad()
             p = model(wi, wo, uv, footprint).clamp_max(losses.LARGEST_LOG).exp()
             held = p.detach()
+            bright = held + floor
+            square = (torch.minimum(f, MOST * bright) - p) ** 2
             # the latents' gradient is summed over the turns
-            ((f - p) ** 2 / ((held + losses.SMAPE_OFFSET) * (held + floor))).mean().backward()
+            (square / ((held + losses.SMAPE_OFFSET) * bright)).mean().backward()
             of_shared.step()
         arrays["s"].grad.div_(TURNS)
         of_latents.step()

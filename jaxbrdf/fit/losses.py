@@ -64,17 +64,21 @@ def mixture(log_f: jax.Array, batch: Batch, scale: Scale, *, share: float = 0.99
     return share * square / size + (1.0 - share) * square
 
 
-def tempered(log_f: jax.Array, batch: Batch, scale: Scale, *, floor: float = 0.3) -> jax.Array:
+def tempered(log_f: jax.Array, batch: Batch, scale: Scale, *, floor: float = 0.3, most: float = 10.0) -> jax.Array:
     """Squared error over the prediction and over the prediction or the material's mean, `(3, batch)`.
 
     |f - p|^2 / ((SG(p) + SMAPE_OFFSET) (SG(p) + floor E f)): relative where the material is bright, and the error of a
     square root where it is dark, about as sRGB shows it. Like `mixture` it is least where p is the mean of noisy f,
-    which relative or logarithmic errors of f itself are not (Lehtinen et al. 2018).
+    which relative or logarithmic errors of f itself are not (Lehtinen et al. 2018), but for the rarest f: one counts
+    as `most` (SG(p) + floor E f) at most. The gradient by ln p would otherwise have no bound, and a highlight that the
+    prediction misses by orders of magnitude undoes a training. A mean of which rarer hits than one in `most` are the
+    better part is fitted too dark, by what they have beyond that.
     """
     p = _exp(log_f)
     held = jax.lax.stop_gradient(p)
-    square = (batch.target - p) ** 2
-    return batch.importance[None] * square / ((held + SMAPE_OFFSET) * (held + floor * scale.mean))
+    bright = held + floor * scale.mean
+    square = (jnp.minimum(batch.target, most * bright) - p) ** 2
+    return batch.importance[None] * square / ((held + SMAPE_OFFSET) * bright)
 
 
 def log_domain(log_f: jax.Array, batch: Batch, scale: Scale, *, offset: float = SMAPE_OFFSET) -> jax.Array:

@@ -99,3 +99,27 @@ def test_values_and_gradients_stay_finite(name: str, log_p: float, f: float):
     value, gradient = jax.value_and_grad(lambda x: jnp.sum(LOSSES[name](x, batch, UNIT)))(jnp.full((3, 1), log_p))
     assert np.isfinite(value)
     assert np.isfinite(gradient).all()
+
+
+def slope_of_tempered(log_f: float, f: list[float]) -> np.ndarray:
+    """d loss / d ln p of `tempered` where all targets are predicted alike, `(n,)`, of a material of mean one."""
+    batch = batch_of(np.tile(np.asarray(f), (3, 1)))
+    predicted = jnp.full((3, len(f)), log_f)
+    return np.asarray(jax.grad(lambda x: jnp.sum(losses.tempered(x, batch, UNIT)))(predicted))[0]
+
+
+@pytest.mark.parametrize("mean", [1e-3, 0.1, 1.0, 50.0])
+def test_tempered_is_least_at_the_mean_of_noisy_targets(mean: float):
+    """Lehtinen et al. (2018): zero in half of the draws, three times the mean and once the mean in the others."""
+    slopes = slope_of_tempered(np.log(mean), [0.0, 0.0, 3.0 * mean, mean])
+    assert abs(slopes.sum()) < 1e-5 * np.abs(slopes).sum()
+    lower, higher = (slope_of_tempered(np.log(mean) + d, [0.0, 0.0, 3.0 * mean, mean]).sum() for d in (-0.1, 0.1))
+    assert lower < 0 < higher
+
+
+def test_tempered_does_not_grow_with_a_highlight_that_is_missed():
+    """Ten times (p + 0.3 E f): beyond, a target's slope is the same, and at most 20."""
+    slopes = slope_of_tempered(np.log(0.2), [4.9, 5.0, 5.1, 1e3, 1e6])
+    np.testing.assert_allclose(slopes[1:], slopes[1], rtol=1e-5)
+    assert slopes[0] > slopes[1]
+    assert (np.abs(slopes) < 20.0).all()
