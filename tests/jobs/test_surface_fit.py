@@ -99,8 +99,8 @@ def test_a_fit_learns(fitted: tuple[Path, dict[str, Any], Listener]):
     """From the maps' own guesses, so there is less to learn than from noise."""
     errors = [float(note.rsplit(" ", 1)[1]) for _, note in fitted[2].notes]
     losses = [float(note.split()[1].rstrip(",")) for _, note in fitted[2].notes]
-    assert errors[-1] < 0.95 * errors[0]
-    assert losses[-1] < 0.8 * losses[0]
+    assert errors[-1] < 0.85 * errors[0]
+    assert losses[-1] < 0.3 * losses[0]
 
 
 def test_eval_takes_places_and_footprints(
