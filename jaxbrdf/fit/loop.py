@@ -21,7 +21,7 @@ from jax.sharding import AxisType, Mesh, NamedSharding, PartitionSpec
 from jaxbrdf.core.compiler import known_options
 from jaxbrdf.fit.batch import Batch
 from jaxbrdf.fit.feed import AXIS, POOLED, Feed, Piece
-from jaxbrdf.fit.parts import Parts, joined, split
+from jaxbrdf.fit.split import Split, joined, split
 from jaxbrdf.types import Params
 
 BatchLoss = Callable[[Params, Batch], jax.Array]
@@ -60,13 +60,13 @@ class FitState(NamedTuple):
     Attributes:
         params: as the optimiser sees them.
         average: their exponential moving average, which is the result.
-        optimiser: moments of Adam, `Parts`.
+        optimiser: moments of Adam, `Split`.
         step: steps taken, int32 `()`.
     """
 
     params: Params
     average: Params
-    optimiser: Parts
+    optimiser: Split
     step: jax.Array
 
 
@@ -86,7 +86,7 @@ class Advance(NamedTuple):
 
 def start(params: Params, optimiser: optax.GradientTransformation) -> FitState:
     """The state before the first step."""
-    moments = Parts(*(optimiser.init(part) for part in split(params)))
+    moments = Split(*(optimiser.init(part) for part in split(params)))
     return FitState(params, jax.tree.map(jnp.copy, params), moments, jnp.zeros((), jnp.int32))
 
 
@@ -170,7 +170,7 @@ def _step(
     of_turn = partial(_gradient, loss, share, feed, state.step, data)
 
     def turn(index: jax.Array, carry: _Turned) -> _Turned:
-        value, gradient = of_turn(index, joined(Parts(carry.shared, params.pyramids)))
+        value, gradient = of_turn(index, joined(Split(carry.shared, params.pyramids)))
         by_shared, by_pyramids = split(gradient)
         value, by_shared = _mean_over_devices((value, by_shared))
         shared, moments = _updated(optimiser, factor, by_shared, carry.moments, carry.shared)
@@ -183,9 +183,9 @@ def _step(
     pyramids, moments = _updated(
         optimiser, factor, _mean_over_devices(gradient), state.optimiser.pyramids, params.pyramids
     )
-    whole = joined(Parts(last.shared, pyramids))
+    whole = joined(Split(last.shared, pyramids))
     average = optax.incremental_update(whole, state.average, config.ema)
-    return FitState(whole, average, Parts(last.moments, moments), state.step + 1), total + value
+    return FitState(whole, average, Split(last.moments, moments), state.step + 1), total + value
 
 
 class _Turned(NamedTuple):

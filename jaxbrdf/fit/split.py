@@ -10,7 +10,7 @@ from jaxbrdf.texture.pyramid import is_pyramid
 from jaxbrdf.types import Params
 
 
-class Parts(NamedTuple):
+class Split(NamedTuple):
     """Of a tree, two trees of its structure; each has None for what is in the other.
 
     Attributes:
@@ -22,16 +22,16 @@ class Parts(NamedTuple):
     pyramids: Any
 
 
-def split(params: Params) -> Parts:
+def split(params: Params) -> Split:
     """The parts of parameters, or of gradients by them."""
 
     def those(wanted: bool) -> Any:
         return jax.tree.map(lambda node: node if is_pyramid(node) is wanted else None, params, is_leaf=is_pyramid)
 
-    return Parts(those(False), those(True))
+    return Split(those(False), those(True))
 
 
-def joined(parts: Parts) -> Params:
+def joined(parts: Split) -> Params:
     """The tree that `split` has taken apart."""
 
     def there(one: Any, other: Any) -> Any:
