@@ -1,7 +1,7 @@
 """Writes docs/images/plane.png: a texture set on a plane up to the horizon, with one point a pixel and filtered.
 
-python -m experiments.bench_surfaces Metal053C --models gated --fit
-python -m experiments.make_surface_picture Metal053C out/surfaces/Metal053C-256/gated.safetensors
+jaxbrdf fit $JAXBRDF_DATA/textures/Metal053C -o out/metal --size 256
+python -m experiments.make_surface_picture out/metal $JAXBRDF_DATA/textures/Metal053C
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from experiments.surfaces import crop, mip_maps
+from experiments.surfaces import mip_maps
 from jaxbrdf.export import bundle as bundles
+from jaxbrdf.jobs.source import open_bundle
+from jaxbrdf.jobs.surface import open_surface
 from jaxbrdf.metrics.image import auto_exposure, image_errors, tonemap
 from jaxbrdf.render.plane import PlaneView
 from jaxbrdf.render.plane_picture import plane_directional
@@ -23,17 +25,18 @@ from jaxbrdf.types import Brdf, Material
 
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "plane.png"
 VIEW = PlaneView(distance=1.6, slant=74.0, field_of_view=44.0, height=288, width=288)
-LIGHT = (0.25, 0.8, 0.55)
+LIGHT = (0.05, 0.9, 0.42)
 SAMPLES = 1024
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("name", help="of the texture set")
     parser.add_argument("bundle")
+    parser.add_argument("folder", help="of the textures that it was fitted to")
     arguments = parser.parse_args()
-    bundle = bundles.load(arguments.bundle)
-    surface = crop(arguments.name, bundle.manifest.config.latents.width)
+    bundle = open_bundle(arguments.bundle, surfaces=True)
+    latents = bundle.manifest.config.latents
+    surface = open_surface(arguments.folder, size=max(latents.height, latents.width))
     exact = Material("", reciprocal_textured(surface.layout), surface.maps.texels, False)
     at_points = Brdf(lambda params, query: exact.brdf.eval(params, query._replace(footprint=None)))
     materials = {
@@ -48,7 +51,7 @@ def main() -> None:
     flips = {name: image_errors(picture, reference, exposure=exposure).flip for name, picture in pictures.items()}
     shown = {f"{name}: FLIP {flips[name]:.3f}": tonemap(picture, exposure) for name, picture in pictures.items()}
     shown[f"mean of {SAMPLES:,} points"] = tonemap(np.asarray(reference), exposure)
-    PICTURE.write_bytes(in_a_row(shown, note=f"{arguments.name}, one evaluation a pixel but on the right"))
+    PICTURE.write_bytes(in_a_row(shown, note=f"{surface.name}, one evaluation a pixel but on the right"))
     print(f"{PICTURE}: {', '.join(shown)}")
 
 
