@@ -1,4 +1,4 @@
-// Matrices in textures over the disk, times a latent: the counterpart of `_gated` in jaxbrdf/models/spatial_gated.py (Timonen
+// Matrices in textures over the disk, times a latent: the counterpart of jaxbrdf/texture/gated.py (Timonen
 // et al., Eq. 6).
 //
 // A texel is a matrix row by row, each row padded to whole blocks of eight. A latent comes as lookups leave it, one vector of

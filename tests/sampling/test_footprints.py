@@ -56,3 +56,12 @@ def test_grazing_viewers_have_finite_footprints():
     uv, footprint = draw_places(jax.random.key(1), jnp.array([[1.0, 0.0, 0.0]]), texels=4)
     assert np.isfinite(uv).all()
     assert np.isfinite(footprint).all()
+
+
+def test_footprints_that_are_not_stretched_are_round():
+    wo = jnp.tile(jnp.array([0.6, 0.0, 0.8]), (64, 1))
+    _, footprint = draw_places(jax.random.key(3), wo, texels=256, stretched=False)
+    squares = np.asarray(footprint @ footprint.swapaxes(-1, -2))
+    e_squared = squares[:, :1, :1]
+    np.testing.assert_allclose(squares, e_squared * np.eye(2), atol=1e-6 * e_squared.max())
+    assert np.ptp(np.log2(e_squared)) > 4.0
