@@ -132,7 +132,7 @@ def test_a_fit_without_opencl_says_so(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_device_that_fails_costs_no_more_than_its_time(monkeypatch: pytest.MonkeyPatch, bundle: Path):
-    def fail(*_: Any) -> None:
+    def fail(*_: Any, **__: Any) -> None:
         raise OpenCLError("out of memory")
 
     monkeypatch.setattr(judge.DeviceMaterial, "enqueue", fail)

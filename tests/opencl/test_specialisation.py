@@ -137,8 +137,8 @@ def test_a_part_that_the_kernel_does_not_know_is_refused(opencl: Device):
     framed = bundle._replace(params=Framed(params.h, params.d, params.mlp, np.ones(3, np.float32)))
     with pytest.raises(ValueError, match="the kernel of model gated does not know frames"):
         Material.load(framed, opencl.context)
-    unheard = bundle._replace(manifest=bundle.manifest._replace(model="zeltner"))
-    with pytest.raises(ValueError, match="there is no kernel of model 'zeltner'"):
+    unheard = bundle._replace(manifest=bundle.manifest._replace(model="nobody's"))
+    with pytest.raises(ValueError, match="there is no kernel of model"):
         Material.load(unheard, opencl.context)
 
 
