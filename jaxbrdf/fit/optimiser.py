@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import optax
 
 from jaxbrdf.texture.angular import is_texture
+from jaxbrdf.texture.multiresolution import by_resolution, summed
 from jaxbrdf.texture.preconditioner import smooth, smooth_pyramid
 from jaxbrdf.texture.pyramid import Pyramid, is_pyramid
 
@@ -23,6 +24,8 @@ class OptimiserConfig:
         texture_rate, network_rate: first learning rates.
         beta1, beta2, epsilon: Adam's.
         smoothing: A of the angular textures' preconditioner; zero leaves it out.
+        multiresolution: whether angular textures are trained as sums of coarser ones (`texture.multiresolution`), each
+            at the texture's rate.
         spatial_rate: first learning rate of pyramids.
         spatial_smoothing: A of their preconditioner.
     """
@@ -33,6 +36,7 @@ class OptimiserConfig:
     beta2: float = 0.999
     epsilon: float = 1e-15
     smoothing: float = 5.0
+    multiresolution: bool = False
     spatial_rate: float = 3e-3
     spatial_smoothing: float = 10.0
 
@@ -41,12 +45,34 @@ def adam(config: OptimiserConfig) -> optax.GradientTransformation:
     """Preconditioned Adam whose updates still wait for the schedule's factor."""
     smoothing = [_each(_smoothed(config))] if config.smoothing or config.spatial_smoothing else []
     scaling = optax.scale_by_adam(config.beta1, config.beta2, config.epsilon)
+    scaling = _by_resolution(scaling) if config.multiresolution else scaling
     return optax.chain(*smoothing, scaling, *smoothing, _each(_rated(config)))
 
 
 def _each(change: Callable[[Any], Any]) -> optax.GradientTransformation:
     """What changes each array, or pyramid, by itself."""
     return optax.stateless(lambda updates, params: jax.tree.map(change, updates, is_leaf=is_pyramid))
+
+
+def _by_resolution(inner: optax.GradientTransformation) -> optax.GradientTransformation:
+    """The transformation of each resolution of angular textures, and of everything else, by itself."""
+
+    def parted(tree: Any) -> Any:
+        return jax.tree.map(lambda part: by_resolution(part) if _is_angular(part) else part, tree, is_leaf=is_pyramid)
+
+    def update(gradient: Any, state: Any, params: Any = None) -> tuple[Any, Any]:
+        del params
+        parts, state = inner.update(parted(gradient), state)
+        whole = jax.tree.map(
+            lambda like, part: summed(part) if _is_angular(like) else part, gradient, parts, is_leaf=is_pyramid
+        )
+        return whole, state
+
+    return optax.GradientTransformation(lambda params: inner.init(parted(params)), update)
+
+
+def _is_angular(part: Any) -> bool:
+    return not is_pyramid(part) and is_texture(part)
 
 
 def _smoothed(config: OptimiserConfig) -> Callable[[Any], Any]:

@@ -99,9 +99,11 @@ class SurfacePreset:
 def _own_surface(name: str, steps: int) -> SurfacePreset:
     """Small steps from guided latents, and in each of them several still smaller ones of all that places share: what
     converges in minutes. Adam forgets squares within 100 steps: over 1000, a texel that few queries meet is moved
-    three times as far by one large gradient (docs/filtering.md).
+    three times as far by one large gradient. Angular textures learn as sums of coarser ones (docs/filtering.md).
     """
-    rates = OptimiserConfig(1e-2, 1e-2, beta1=0.9, beta2=0.99, smoothing=0.0, spatial_rate=1e-2, spatial_smoothing=0.0)
+    rates = OptimiserConfig(
+        1e-2, 1e-2, 0.9, 0.99, smoothing=0.0, multiresolution=True, spatial_rate=5e-3, spatial_smoothing=0.0
+    )
     loop = LoopConfig(batch=2**12, turn=2**9)
     training = Preset(name, steps, loop, rates, losses.tempered, optimiser.cosine)
     return SurfacePreset(training, SurfaceDraws(samples=8, crowding=2.0), guided=True)

@@ -25,6 +25,9 @@ from jaxbrdf.texture.gated import fetch_gated
 from jaxbrdf.texture.pyramid import Pyramid
 from jaxbrdf.types import Model
 
+FIRST_DIFFERENCE = 0.2
+"""Of first matrices at different directions, over that of other textures' texels."""
+
 PAPER_MATRICES = TextureSizes(isotropic=False, channels=5)
 
 
@@ -81,8 +84,10 @@ def spatial_gated(config: SpatialGatedConfig) -> Model:
 
     def init(key: jax.Array) -> SpatialGatedParams:
         key_latents, key_textures, key_mlp = jax.random.split(key, 3)
-        numbers = own * latent if config.gating else own
-        h, d = init_textures(key_textures, config.textures, channels=numbers)
+        if config.gating:
+            h, d = _init_matrices(key_textures, config.textures, latent)
+        else:
+            h, d = init_textures(key_textures, config.textures)
         inputs = 2 * own + (0 if config.gating else latent)
         return SpatialGatedParams(
             spatial.init_latents(key_latents, config.latents),
@@ -104,6 +109,16 @@ def spatial_gated(config: SpatialGatedConfig) -> Model:
         return mlp.apply(params.mlp, jnp.concatenate(features))
 
     return spatial.spatial_model(init, decode)
+
+
+def _init_matrices(key: jax.Array, sizes: TextureSizes, latent: int) -> tuple[jax.Array, jax.Array]:
+    """H and D of nearly the same random matrix everywhere, which keeps the size of z: the decoder first sees a linear
+    map of the latents, not one of its own for every direction."""
+    key_all, key_each = jax.random.split(key)
+    numbers = sizes.channels * latent
+    common = jax.random.normal(key_all, (2, numbers, 1, 1)) / latent**0.5
+    h, d = init_textures(key_each, sizes, channels=numbers)
+    return common[0] + FIRST_DIFFERENCE * h, common[1] + FIRST_DIFFERENCE * d
 
 
 def _init_warps(channels: int, terms: int) -> LatentWarps | None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from jaxbrdf.fit.optimiser import OptimiserConfig, adam, cosine, staircase
+from jaxbrdf.texture.multiresolution import by_resolution, summed
 
 
 class TwoGroups(NamedTuple):
@@ -52,6 +53,32 @@ def test_only_textures_are_smoothed():
     updates, _ = optimiser.update(gradient, optimiser.init(gradient), gradient)
     assert np.count_nonzero(updates.weights) == 1
     assert np.all(np.asarray(updates.texture) < 0)
+
+
+def test_resolutions_of_a_texture_step_each_by_its_own_moments():
+    config = OptimiserConfig(texture_rate=0.5, network_rate=0.125, smoothing=0.0, multiresolution=True)
+    gradient = drawn(0)
+    optimiser = adam(config)
+    updates, _ = optimiser.update(gradient, optimiser.init(gradient), gradient)
+    expected = summed(tuple(jnp.sign(part) for part in by_resolution(gradient.texture)))
+    np.testing.assert_allclose(updates.texture, -0.5 * expected, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(updates.weights, -0.125 * np.sign(gradient.weights), rtol=1e-5)
+
+
+def test_a_few_texels_teach_the_others_by_coarser_resolutions():
+    def left(multiresolution: bool) -> float:
+        optimiser = adam(OptimiserConfig(5e-2, 0.0, 0.9, 0.99, smoothing=0.0, multiresolution=multiresolution))
+        params = TwoGroups(jnp.zeros((1, 16, 16)), jnp.zeros((1, 1)))
+        state = optimiser.init(params)
+        seen = jnp.zeros((1, 16, 16)).at[0, ::4, ::4].set(1.0)
+        for _ in range(60):
+            gradient = TwoGroups(seen * (params.texture - 1.0), jnp.zeros((1, 1)))
+            updates, state = optimiser.update(gradient, state, params)
+            params = jax.tree.map(jnp.add, params, updates)
+        return float(jnp.mean(jnp.abs(params.texture - 1.0)))
+
+    assert left(True) < 0.4
+    assert left(False) > 0.9
 
 
 @pytest.mark.parametrize(
