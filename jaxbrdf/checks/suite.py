@@ -33,8 +33,8 @@ DRAWS = 2**16
 PLACED = 2**14
 """Draws that decide where the cells are."""
 
-POINTS = (32, 96)
-"""Along each side of a cell, to sum the density: at first, and for what does not pass."""
+POINTS = (16, 32, 96)
+"""Along each side of a cell, to sum the density: at first, and one after the other for what does not pass."""
 
 SLOPE_BOUND = 1e-4
 DENSITY_BOUND = 5e-3

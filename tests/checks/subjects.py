@@ -232,6 +232,14 @@ CLAY = OrenNayarParams(RED, number(0.4))
 LEANING_FACETS = Ggx(STRETCHED, colour(0.3, -0.2))
 MAPPED_METAL, RECIPROCAL_METAL = normal_mapped(MICROFACET), reciprocal_normal_mapped(MICROFACET)
 LEANING_METAL = NormalMappedParams(colour(2 / 11, -6 / 11, 9 / 11), facets(Ggx(ISOTROPIC)))
+
+
+def grazing_slack(query: Query) -> np.ndarray:
+    """What a cosine to the leaning normal loses where a direction grazes it: its products are rounded, then cancel."""
+    cosines = np.asarray(query[:2], np.float64) @ np.asarray(LEANING_METAL.normal, np.float64)
+    return 2.0**-23 / np.maximum(np.abs(cosines).min(axis=0), 2.0**-23)
+
+
 COATED_METAL, COATED_CLAY = layered(MICROFACET), layered(OREN_NAYAR, diffuse=True)
 
 BRDFS: Mapping[str, Row] = MappingProxyType(
@@ -291,7 +299,8 @@ BRDFS: Mapping[str, Row] = MappingProxyType(
         ),
         "substrate": Row(SUBSTRATE, lambda: reciprocal(SUBSTRATE, SubstrateParams(RED, number(1.5)))),
         "normal-mapped metal": Row(
-            normal_mapped, lambda: Subject(Material("", MAPPED_METAL, LEANING_METAL, False), conserving=True)
+            normal_mapped,
+            lambda: Subject(Material("", MAPPED_METAL, LEANING_METAL, False), conserving=True, slack=grazing_slack),
         ),
         "normal-mapped metal, reciprocal part": Row(
             reciprocal_normal_mapped,
