@@ -41,7 +41,7 @@ def add_fit(commands: Any) -> None:
     command.add_argument("--conserve-energy", action="store_true", help="reflect no more light than there is")
     command.add_argument("--no-sampler", action="store_true", help="leave out what draws light in renderers")
     _add_budget(command)
-    _add_surface(command)
+    add_surface(command)
 
 
 def add_recipe(command: argparse.ArgumentParser) -> None:
@@ -60,7 +60,8 @@ def _add_budget(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_surface(command: argparse.ArgumentParser) -> None:
+def add_surface(command: argparse.ArgumentParser) -> None:
+    """The options that say how a folder of textures is read."""
     surface = command.add_argument_group("a texture set", "fit a model of all places and scales")
     surface.add_argument("--size", type=count, metavar="N", help="texels along the longer side (default: the files')")
     surface.add_argument("--normals", choices=get_args(Convention), help="of the normal map, over what its name says")
@@ -71,7 +72,7 @@ def run_fit(options: argparse.Namespace) -> dict[str, Any]:
     """Fits one model, or the one that a budget leads to."""
     if is_texture_folder(options.input):
         return _result(_run_surface(_surface_config(options), options))
-    _refuse(options, SURFACE_OPTIONS, "only for a folder of textures")
+    refuse(options, SURFACE_OPTIONS, "only for a folder of textures")
     budget = _budget(options)
     config = FitConfig(
         source=options.input,
@@ -95,7 +96,7 @@ def _result(result: FitResult) -> dict[str, Any]:
 
 
 def _surface_config(options: argparse.Namespace) -> SurfaceFitConfig:
-    _refuse(options, HOMOGENEOUS_OPTIONS, "not for a folder of textures")
+    refuse(options, HOMOGENEOUS_OPTIONS, "not for a folder of textures")
     return SurfaceFitConfig(
         source=options.input,
         output=options.output,
@@ -111,7 +112,12 @@ def _surface_config(options: argparse.Namespace) -> SurfaceFitConfig:
     )
 
 
-def _refuse(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:
+def refuse(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:
+    """Ends a command that was given one of these options.
+
+    Raises:
+        JaxbrdfError: naming it and the reason.
+    """
     for name in names:
         if getattr(options, name) not in (None, False):
             raise JaxbrdfError(f"--{name.replace('_', '-')} is {reason}")

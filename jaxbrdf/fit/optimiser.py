@@ -60,11 +60,11 @@ def _by_resolution(inner: optax.GradientTransformation) -> optax.GradientTransfo
     def parted(tree: Any) -> Any:
         return jax.tree.map(lambda part: by_resolution(part) if _is_angular(part) else part, tree, is_leaf=is_pyramid)
 
-    def update(gradient: Any, state: Any, params: Any = None) -> tuple[Any, Any]:
+    def update(updates: Any, state: Any, params: Any = None) -> tuple[Any, Any]:
         del params
-        parts, state = inner.update(parted(gradient), state)
+        parts, state = inner.update(parted(updates), state)
         whole = jax.tree.map(
-            lambda like, part: summed(part) if _is_angular(like) else part, gradient, parts, is_leaf=is_pyramid
+            lambda like, part: summed(part) if _is_angular(like) else part, updates, parts, is_leaf=is_pyramid
         )
         return whole, state
 

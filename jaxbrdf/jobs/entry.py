@@ -34,6 +34,10 @@ class Entry(NamedTuple):
     file: Path
     is_fitted_here: bool
 
+    def place_in(self, folder: Path) -> str:
+        """The file as seen from a folder that it may lie in."""
+        return str(self.file.relative_to(folder) if self.file.is_relative_to(folder) else self.file)
+
 
 class Failure(NamedTuple):
     """A candidate that could not be fitted, and why."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from jaxbrdf.errors import JaxbrdfError
 from jaxbrdf.export.bundle import Bundle
 from jaxbrdf.jobs.reference import Reference, reference_of
-from jaxbrdf.jobs.source import BUNDLE_NAME, Source, bundle_path, open_source
+from jaxbrdf.jobs.source import BUNDLE_NAME, Source, bundle_path, open_bundle, open_source
 
 
 class Given(NamedTuple):
@@ -47,16 +47,29 @@ def open_inputs(names: Sequence[str]) -> Inputs:
     return Inputs(references, bundles)
 
 
+def given(name: str) -> Given:
+    """The bundle of this name, of any material.
+
+    Raises:
+        JaxbrdfError: if it is none.
+    """
+    return _called(name, open_bundle(name, surfaces=True))
+
+
 def _refuse_twins(kind: str, names: Sequence[str]) -> None:
     if len(set(names)) < len(names):
         raise JaxbrdfError(f"two {kind} are called {_twice(names)}: their results would lie in one place")
 
 
 def _given(name: str, source: Source) -> Given:
-    """By the name of the folder that a fit wrote, or of the file."""
     assert source.bundle is not None
+    return _called(name, source.bundle)
+
+
+def _called(name: str, bundle: Bundle) -> Given:
+    """By the name of the folder that a fit wrote, or of the file."""
     file = bundle_path(Path(name))
-    return Given(file.resolve().parent.name if file.name == BUNDLE_NAME else file.stem, source.bundle, file)
+    return Given(file.resolve().parent.name if file.name == BUNDLE_NAME else file.stem, bundle, file)
 
 
 def _twice(names: Sequence[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -27,8 +27,8 @@ from jaxbrdf.jobs.store import Store
 from jaxbrdf.metrics.pareto import Point, pareto_front
 from jaxbrdf.opencl.parameters import stored_precision
 from jaxbrdf.opencl.platform import choose, context_of, describe
-from jaxbrdf.report.pareto_plot import pareto_plot
-from jaxbrdf.report.pareto_table import pareto_tables
+from jaxbrdf.report.pareto_plot import PLOTTED, pareto_plot
+from jaxbrdf.report.pareto_table import ERRORS, pareto_tables
 
 
 @dataclass(frozen=True)
@@ -74,18 +74,20 @@ def pareto(config: ParetoConfig, reporter: Reporter) -> dict[str, Any]:
     reporter.say(f"timing {len(entries)} candidates on {describe(context.devices[0])}")
     timed = {f"{entry.input}: {entry.candidate}": entry.bundle for entry in entries}
     prices = price.opencl_prices(timed, context, reporter=reporter)
-    rows = with_fronts([_row(entry, of, paths) for entry, of in zip(entries, prices.values(), strict=True)])
+    rows = with_fronts([_row(entry, of, paths) for entry, of in zip(entries, prices.values(), strict=True)], ERRORS)
     results = {
         "version": version("jaxbrdf"),
         "device": describe(context.devices[0]),
         "rounds": price.PRICE_ROUNDS,
         "grid": config.grid,
         **asdict(config.recipe),
+        "metrics": ERRORS,
+        "plotted": PLOTTED,
         "inputs": {r.material.name: _described(r) for r in inputs.references},
         "candidates": rows,
         "failed": [failure._asdict() for failure in failures],
     }
-    _write(results, paths)
+    write(results, paths)
     return results
 
 
@@ -110,12 +112,12 @@ def prepare(output: str, materials: Sequence[str]) -> ParetoPaths:
     return paths
 
 
-def with_fronts(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rows, each with the metrics in whose front of its input it is."""
+def with_fronts(rows: Sequence[dict[str, Any]], metrics: Collection[str]) -> list[dict[str, Any]]:
+    """The rows, each with those of the metrics in whose front of its input it is."""
     done = [{**row, "front": []} for row in rows]
     for name in dict.fromkeys(row["input"] for row in done):
         of_input = [row for row in done if row["input"] == name]
-        for metric in judge.METRICS:
+        for metric in metrics:
             points = [Point(row["ns_per_evaluation"], row[metric]) for row in of_input]
             for row, is_on_it in zip(of_input, pareto_front(points), strict=True):
                 row["front"] += [metric] if is_on_it else []
@@ -138,8 +140,6 @@ def _entries(
 
 def _row(entry: Entry, cost: Price, paths: ParetoPaths) -> dict[str, Any]:
     manifest = entry.bundle.manifest
-    folder = paths.results.parent
-    file = entry.file.relative_to(folder) if entry.file.is_relative_to(folder) else entry.file
     errors = {name: manifest.errors[at] for name, at in judge.METRICS.items()}
     spread = {name: value for name, value in manifest.errors.items() if name.endswith("standard_error")}
     return {
@@ -149,14 +149,12 @@ def _row(entry: Entry, cost: Price, paths: ParetoPaths) -> dict[str, Any]:
         "config": to_plain(manifest.config),
         "precision": stored_precision(entry.bundle),
         "is_fitted_here": entry.is_fitted_here,
-        "ns_per_evaluation": cost.ns,
-        "ns_quartiles": [cost.lower, cost.upper],
-        "ns_spread": [cost.least, cost.most],
+        **cost.told,
         **errors,
         **spread,
         "fit_seconds": manifest.cost.get("fit_seconds"),
         "bytes": entry.file.stat().st_size,
-        "bundle": str(file),
+        "bundle": entry.place_in(paths.results.parent),
     }
 
 
@@ -164,7 +162,12 @@ def _described(reference: Reference) -> dict[str, Any]:
     return {"sha256": reference.source.sha256, **judge.describe_truth(reference.source)}
 
 
-def _write(results: dict[str, Any], paths: ParetoPaths) -> None:
+def write(results: dict[str, Any], paths: ParetoPaths) -> None:
+    """Writes results, table and plot.
+
+    Raises:
+        DataError: naming what cannot be written.
+    """
     write_atomically(paths.results, json.dumps(results, indent=1).encode())
     write_atomically(paths.table, pareto_tables(results).encode())
     write_atomically(paths.plot, pareto_plot(results))

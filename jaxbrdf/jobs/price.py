@@ -51,6 +51,15 @@ class Price(NamedTuple):
     least: float
     most: float
 
+    @property
+    def told(self) -> dict[str, Any]:
+        """By the names that comparisons have for them."""
+        return {
+            "ns_per_evaluation": self.ns,
+            "ns_quartiles": [self.lower, self.upper],
+            "ns_spread": [self.least, self.most],
+        }
+
 
 def timed_query(*, count: int = QUERIES) -> Query:
     """Pairs like those that judge a fit, half of them near highlights, `(count, 3)`."""
@@ -68,14 +77,20 @@ def timed_query_on(layout: Layout, *, count: int = QUERIES) -> Query:
 
 
 def opencl_prices(
-    bundles: Mapping[str, Bundle], context: cl.Context, *, reporter: Reporter, rounds: int = PRICE_ROUNDS
+    bundles: Mapping[str, Bundle],
+    context: cl.Context,
+    *,
+    reporter: Reporter,
+    rounds: int = PRICE_ROUNDS,
+    query: Query | None = None,
 ) -> dict[str, Price]:
-    """What an evaluation of each bundle costs on the context's device, all in the same rounds.
+    """What an evaluation of each bundle costs on the context's device, all in the same rounds; by default of
+    `timed_query`.
 
     Raises:
         OpenCLError: if the device refuses one.
     """
-    query = timed_query()
+    query = timed_query() if query is None else query
     arrays, runs = device_arrays(context, query), {}
     with reporter.steps("building kernels", len(bundles)) as tell:
         for done, (name, bundle) in enumerate(bundles.items(), start=1):

@@ -17,6 +17,7 @@ from jaxbrdf.report.pareto_table import by_input
 from jaxbrdf.report.tables import Row
 
 PLOTTED = {"smape": "SMAPE of f", "flip": "FLIP of the sphere in the studio"}
+SURFACE_PLOTTED = {"flip": "FLIP of the planar scene", "mae_hdr": "MAE of f under random footprints"}
 
 COLOURS = {
     "gated": "#0072b2",
@@ -28,6 +29,11 @@ COLOURS = {
     "ggx2": "#4b4b00",
     "abc": "#56b4e9",
     "principled": "#8c564b",
+    "spatial-gated": "#0072b2",
+    "spatial-tripleplane": "#d55e00",
+    "zeltner": "#009e73",
+    "neumip": "#9a6fb0",
+    "ggx-mip": "#a07a00",
 }
 """Of the models; told apart by readers who confuse red and green (after Okabe and Ito)."""
 
@@ -41,11 +47,19 @@ SHAPES = {
     "ggx2": "P",
     "abc": "X",
     "principled": "h",
+    "spatial-gated": "o",
+    "spatial-tripleplane": "s",
+    "zeltner": "^",
+    "neumip": "D",
+    "ggx-mip": "v",
 }
 
 INK, GRID, FRONT = "#222222", "#e4e4e4", "#555555"
 
 OTHER = "#777777"
+ROOM = 1.02
+"""Of a mark, as a factor of its values on both axes: a single one has no range that a scale could be made of."""
+
 TICKS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)
 
 BELOW, ABOVE = -150.0, 30.0
@@ -62,11 +76,11 @@ def pareto_plot(results: dict[str, Any]) -> bytes:
     Args:
         results: as `jaxbrdf pareto` writes them.
     """
-    inputs = by_input(results)
+    inputs, plotted = by_input(results), results["plotted"]
     figure = Figure(figsize=(11.0, 0.9 + 4.6 * len(inputs)), dpi=120, layout="constrained", facecolor="white")
-    grid = figure.subplots(len(inputs), len(PLOTTED), squeeze=False)
+    grid = figure.subplots(len(inputs), len(plotted), squeeze=False)
     for line, (name, rows) in zip(grid, inputs.items(), strict=True):
-        for axes, (metric, title) in zip(line, PLOTTED.items(), strict=True):
+        for axes, (metric, title) in zip(line, plotted.items(), strict=True):
             _draw(axes, rows, metric)
             axes.set_ylabel(title, color=INK)
             axes.set_xlabel("nanoseconds an evaluation", color=INK)
@@ -77,7 +91,7 @@ def pareto_plot(results: dict[str, Any]) -> bytes:
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for line, rows in zip(grid, inputs.values(), strict=True):
-        for axes, metric in zip(line, PLOTTED, strict=True):
+        for axes, metric in zip(line, plotted, strict=True):
             _label(axes, rows, metric)
     return to_png(figure)
 
@@ -104,6 +118,7 @@ def _mark(axes: Axes, row: Row, metric: str) -> None:
     deviation = row.get(f"{metric}_standard_error", 0.0)
     bars = {"xerr": [[x - lower], [upper - x]], "yerr": deviation, "ecolor": colour, "elinewidth": 0.7, "alpha": 0.55}
     axes.errorbar(x, y, fmt="none", **bars)
+    axes.update_datalim([(x / ROOM, y / ROOM), (x * ROOM, y * ROOM)])
     face = "white" if row["precision"] == "float16" else colour
     size = (7.5 if metric in row["front"] else 5.0) * (1.0 if row["is_fitted_here"] else 1.7)
     axes.plot(

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jaxbrdf.report.tables import Column, Row, markdown
 
 ERRORS = {"smape": "SMAPE", "flip": "FLIP", "mae": "MAE", "rmse": "RMSE", "log_rmse": "log-RMSE"}
-"""Metrics and their titles, the two that are plotted first."""
+"""Metrics of one reflectance and their titles, the two that are plotted first."""
 
-COLUMNS = (
+SURFACE_ERRORS = {
+    "flip": "FLIP",
+    "mae_hdr": "MAE of f",
+    "ssim_loss": "1 - SSIM",
+    "mae": "MAE",
+    "rmse": "RMSE",
+    "rmse_hdr": "RMSE of f",
+}
+"""The same over a surface: of pictures of the planar scene, and of f under random footprints."""
+
+PRICE = (
     Column("candidate", "candidate"),
     Column("ns_per_evaluation", "ns", ".1f"),
     Column("quartiles", "quartiles", ".1f"),
-    *(Column(metric, title, ".3g") for metric, title in ERRORS.items()),
-    Column("fit_seconds", "fitting, s", ".1f"),
-    Column("bytes", "bundle, bytes", ",.0f"),
 )
+
+COST = (Column("fit_seconds", "fitting, s", ".1f"), Column("bytes", "bundle, bytes", ",.0f"))
 
 
 def pareto_tables(results: dict[str, Any]) -> str:
@@ -26,7 +35,7 @@ def pareto_tables(results: dict[str, Any]) -> str:
     Args:
         results: as `jaxbrdf pareto` writes them.
     """
-    parts = [f"## {name}\n\n{_table(rows)}" for name, rows in by_input(results).items()]
+    parts = [f"## {name}\n\n{_table(rows, results['metrics'])}" for name, rows in by_input(results).items()]
     failed = [f"- {one['input']}, {one['candidate']}: {one['reason']}" for one in results["failed"]]
     parts += ["## Not fitted\n\n" + "\n".join(failed) + "\n"] if failed else []
     return "\n".join([*parts, caption(results)]) + "\n"
@@ -50,8 +59,9 @@ def by_input(results: dict[str, Any]) -> dict[str, list[Row]]:
     return {name: of_input for name, of_input in of_inputs.items() if of_input}
 
 
-def _table(rows: Sequence[Row]) -> str:
-    return markdown([_shown(row) for row in rows], COLUMNS)
+def _table(rows: Sequence[Row], metrics: Mapping[str, str]) -> str:
+    errors = (Column(metric, title, ".3g") for metric, title in metrics.items())
+    return markdown([_shown(row) for row in rows], (*PRICE, *errors, *COST))
 
 
 def _shown(row: Row) -> Row:

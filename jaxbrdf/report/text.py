@@ -138,11 +138,12 @@ def stability(result: dict[str, Any]) -> str:
 def pareto(result: dict[str, Any]) -> str:
     """A table for each input, the cheapest candidate first, and where the files are; a star is on the front."""
     lines = []
+    (one, title), (other, other_title), *_ = result["metrics"].items()
     for name, rows in by_input(result).items():
         width = max(len(text) for text in (name, *(row["candidate"] for row in rows)))
-        lines += [f"{name:{width}s} {'ns':>9s} {'SMAPE':>10s}  {'FLIP':>10s}  {'bytes':>10s}"]
+        lines += [f"{name:{width}s} {'ns':>9s} {title:>10s}  {other_title:>10s}  {'bytes':>10s}"]
         for row in rows:
-            errors = " ".join(f"{row[m]:10.6f}{'*' if m in row['front'] else ' '}" for m in ("smape", "flip"))
+            errors = " ".join(f"{row[m]:10.6f}{'*' if m in row['front'] else ' '}" for m in (one, other))
             lines.append(f"{row['candidate']:{width}s} {row['ns_per_evaluation']:9.1f} {errors} {row['bytes']:10,d}")
     lines += [f"failed    {one['input']}, {one['candidate']}: {one['reason']}" for one in result["failed"]]
     return "\n".join([*lines, *(f"{name:9s} {path}" for name, path in result["files"].items())])

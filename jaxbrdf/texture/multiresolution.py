@@ -2,7 +2,7 @@
 
 A texture T is the sum over k of what T_k, half as fine in each direction as T_(k-1), is between its texels:
 T = T_0 + sum_k R_k T_k P_k^T, with hat functions in the columns of R_k and P_k, and T_0 as fine as T. It is linear, so
-T itself stays the variable: an optimiser is shown the gradient by each T_k, R_k^T g P_k, and its steps are summed up again.
+T itself stays the variable: an optimiser is shown the gradient by each T_k, R_k^T g P_k, and its steps are summed up.
 """
 
 from __future__ import annotations
@@ -37,8 +37,10 @@ def _coarser_bases(n_r: int, n_phi: int) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _hats(fine: int, coarse: int, *, wraps: bool) -> np.ndarray:
-    """Values at `fine` texels of the hat functions about `coarse` ones, at least one, `(fine, coarse)`; each row sums to
-    one. The azimuth wraps; the radius keeps its last value beyond the last coarse texel."""
+    """Values at `fine` texels of the hat functions about `coarse` ones, `(fine, coarse)`; each row sums to one.
+
+    The azimuth wraps; the radius keeps its last value beyond the last coarse texel. There is at least one of these.
+    """
     coarse = max(coarse, 1)
     place = (np.arange(fine) + 0.5) * coarse / fine - 0.5
     below = np.floor(place).astype(int)

@@ -130,7 +130,7 @@ def test_an_interruption_leaves_what_is_finished_and_says_how_to_go_on(
     assert cli.run(["pareto", "gold", "-o", "my out", "--budget-seconds", "5"]) == 130
     *_, kept, line, last = capsys.readouterr().err.splitlines()
     assert (kept, last) == ("what is fitted is kept; to go on:", "jaxbrdf: interrupted")
-    assert line == "  jaxbrdf pareto gold -o 'my out' --grid small --preset quick --seed 0 --budget-seconds 5.0"
+    assert line == "  jaxbrdf pareto gold -o 'my out' --preset quick --seed 0 --budget-seconds 5.0"
     assert not Path("my out", "results.json").exists()
     monkeypatch.setattr(store, "train", pretended)
     assert cli.run(["pareto", "gold", "-o", "my out", "--budget-seconds", "5"]) == 0
@@ -158,4 +158,4 @@ def test_fronts_are_of_each_input_and_each_metric():
 
     rows = [row("a", 10, 0.2, 0.1), row("a", 20, 0.1, 0.3), row("b", 30, 0.9, 0.9)]
     others = ["mae", "smape", "rmse", "log_rmse"]
-    assert [row["front"] for row in with_fronts(rows)] == [[*others, "flip"], others, [*others, "flip"]]
+    assert [row["front"] for row in with_fronts(rows, judge.METRICS)] == [[*others, "flip"], others, [*others, "flip"]]

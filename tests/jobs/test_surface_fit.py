@@ -25,8 +25,7 @@ from jaxbrdf.jobs.surface_training import memory_of, surface_task
 from jaxbrdf.models.table import SPATIAL
 from jaxbrdf.texture.pyramid import Layout, Pyramid
 from tests.jobs.tiny import Listener, run_json
-from tests.surface.relief import relief_textures
-from tests.writers.png import png
+from tests.surface.relief import write_relief
 
 SIZE = 16
 
@@ -64,16 +63,8 @@ def compile_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 @pytest.fixture(scope="module")
 def relief(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The waves as files of ambientCG's names."""
-    folder, textures = tmp_path_factory.mktemp("sets") / "relief", relief_textures(SIZE)
-    folder.mkdir()
-    maps = {
-        "Relief_Color": textures.base_color ** (1 / 2.2),
-        "Relief_Roughness": textures.roughness[..., None],
-        "Relief_Metalness": textures.metallic[..., None],
-        "Relief_NormalGL": 0.5 + 0.5 * textures.normal,
-    }
-    for name, values in maps.items():
-        (folder / f"{name}.png").write_bytes(png(np.rint(255.0 * values).astype(np.uint8)))
+    folder = tmp_path_factory.mktemp("sets") / "relief"
+    write_relief(folder, SIZE)
     return folder
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from jaxbrdf.jobs.grid import GRIDS
-
-METRICS = ("mae", "smape", "rmse", "log_rmse", "flip")
+from jaxbrdf.report.pareto_plot import PLOTTED
+from jaxbrdf.report.pareto_table import ERRORS
 
 
 def row(candidate: str, ns: float, error: float, front: list[str], **more: Any) -> dict[str, Any]:
@@ -19,7 +19,7 @@ def row(candidate: str, ns: float, error: float, front: list[str], **more: Any) 
         "is_fitted_here": True,
         "ns_per_evaluation": ns,
         "ns_quartiles": [0.98 * ns, 1.05 * ns],
-        **dict.fromkeys(METRICS, error),
+        **dict.fromkeys(ERRORS, error),
         "smape_standard_error": 0.01 * error,
         "fit_seconds": 12.34,
         "bytes": 60_440,
@@ -36,6 +36,8 @@ def comparison(rows: list[dict[str, Any]], **more: Any) -> dict[str, Any]:
         "preset": "quick",
         "budget_seconds": None,
         "seed": 0,
+        "metrics": ERRORS,
+        "plotted": PLOTTED,
         "inputs": dict.fromkeys(row["input"] for row in rows),
         "candidates": rows,
         "failed": [],

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import jax
 import numpy as np
 
 from jaxbrdf.data.pbr import PbrTextures
 from jaxbrdf.surface.textured import surface_of
 from jaxbrdf.texture.pyramid import Layout
+from tests.writers.png import png
 
 
 def relief_textures(size: int) -> PbrTextures:
@@ -20,6 +23,20 @@ def relief_textures(size: int) -> PbrTextures:
     base = np.stack([0.2 + 0.6 * u, np.full_like(u, 0.5), 0.8 - 0.6 * v], axis=-1)
     maps = (base, 0.25 + 0.5 * v, metallic, normal)
     return PbrTextures(*(np.asarray(one, np.float32) for one in maps), ("made up",))
+
+
+def write_relief(folder: Path, size: int) -> None:
+    """The waves as files of ambientCG's names, in a new folder."""
+    folder.mkdir()
+    textures = relief_textures(size)
+    maps = {
+        "Relief_Color": textures.base_color ** (1 / 2.2),
+        "Relief_Roughness": textures.roughness[..., None],
+        "Relief_Metalness": textures.metallic[..., None],
+        "Relief_NormalGL": 0.5 + 0.5 * textures.normal,
+    }
+    for name, values in maps.items():
+        (folder / f"{name}.png").write_bytes(png(np.rint(255.0 * values).astype(np.uint8)))
 
 
 def relief(size: int) -> tuple[Layout, jax.Array]:
