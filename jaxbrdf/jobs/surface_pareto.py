@@ -53,8 +53,8 @@ def surface_pareto(config: SurfaceParetoConfig, reporter: Reporter) -> dict[str,
     """
     fit, recipe = config.fit, config.fit.recipe
     context = context_of(choose())
-    beside = [_given(name) for name in config.given]
     surface = open_surface(fit.source, size=fit.size, normals=fit.normals, resample=fit.resample)
+    beside = [_given(name) for name in config.given]
     paths = prepare(fit.output, [surface.name])
     found = [*_fitted(config.fit, surface, paths.bundles / surface.name, reporter)]
     entries = [*(one for one in found if isinstance(one, Entry)), *_judged(beside, surface)]

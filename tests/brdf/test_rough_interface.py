@@ -122,7 +122,7 @@ def test_sampler_agrees_with_its_density():
             assert p_value > significance_of_each(0.01, len(INTERFACES) * len(cosines)), (name, cos)
 
 
-def sphere_p_value(params: InterfaceParams, wo: jax.Array, *, cells: int = 16, points: int = 32) -> float:
+def sphere_p_value(params: InterfaceParams, wo: jax.Array, *, cells: int = 16, points: int = 64) -> float:
     """Of Pearson's test over the whole sphere, in cells of one size; what is lost is a cell of its own."""
     side = (jnp.arange(cells * points) + 0.5) / (cells * points)
     wi = square_to_sphere(jnp.stack(jnp.meshgrid(side, side, indexing="ij"), -1).reshape(-1, 2))
