@@ -51,7 +51,8 @@ def test_constants_have_closed_forms():
 
 def test_no_difference_is_no_error():
     found = estimate_errors(KEY, flat(0.3), flat(0.3), draw_weighted, pairs=2**16)
-    assert all(tuple(e) == (0.0, 0.0) for e in found[:4])
+    # the two may be compiled apart, each rounding in an order of its own
+    assert all(max(tuple(e)) < 1e-7 for e in found[:4])
 
 
 @pytest.mark.parametrize("alpha", [0.3, 0.6])
