@@ -97,19 +97,14 @@ def _result(result: FitResult) -> dict[str, Any]:
 
 def _surface_config(options: argparse.Namespace) -> SurfaceFitConfig:
     refuse(options, HOMOGENEOUS_OPTIONS, "not for a folder of textures")
-    return SurfaceFitConfig(
-        source=options.input,
-        output=options.output,
-        model=options.model or DEFAULT_MODEL,
-        preset=options.preset,
-        size=options.size,
-        normals=options.normals,
-        resample=options.resample,
-        seed=options.seed,
-        budget_seconds=options.budget_seconds,
-        resume=options.resume,
-        precision=options.precision,
-    )
+    own = {"model": options.model or DEFAULT_MODEL, "resume": options.resume, "precision": options.precision}
+    return surface_config(options.input, options, **own)
+
+
+def surface_config(source: str, options: argparse.Namespace, **more: Any) -> SurfaceFitConfig:
+    """The fit of a folder that the options of `add_recipe` and `add_surface`, and `more`, ask for."""
+    names = ("output", "preset", "seed", "budget_seconds", *SURFACE_OPTIONS)
+    return SurfaceFitConfig(source, **{name: getattr(options, name) for name in names}, **more)
 
 
 def refuse(options: argparse.Namespace, names: tuple[str, ...], reason: str) -> None:

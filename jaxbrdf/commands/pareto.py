@@ -7,13 +7,12 @@ import sys
 from typing import Any
 
 from jaxbrdf.commands.command import BUNDLE_HELP, INPUT_HELP, add_command, command_line, reporter_of
-from jaxbrdf.commands.fit import SURFACE_OPTIONS, add_recipe, add_surface, refuse
+from jaxbrdf.commands.fit import SURFACE_OPTIONS, add_recipe, add_surface, refuse, surface_config
 from jaxbrdf.errors import JaxbrdfError
 from jaxbrdf.jobs.grid import GRIDS
 from jaxbrdf.jobs.pareto import ParetoConfig, pareto, pareto_paths
 from jaxbrdf.jobs.recipe import Recipe
 from jaxbrdf.jobs.source import is_texture_folder
-from jaxbrdf.jobs.surface_config import SurfaceFitConfig
 from jaxbrdf.jobs.surface_pareto import SurfaceParetoConfig, surface_pareto
 from jaxbrdf.report import text
 
@@ -63,14 +62,5 @@ def _surface_config(folders: list[str], options: argparse.Namespace) -> SurfaceP
     if len(folders) > 1:
         raise JaxbrdfError(f"{folders[1]}: one texture set is compared at a time; {folders[0]} is given already")
     refuse(options, ("grid",), "not for a folder of textures: every model of texture sets is fitted")
-    fit = SurfaceFitConfig(
-        source=folders[0],
-        output=options.output,
-        preset=options.preset,
-        size=options.size,
-        normals=options.normals,
-        resample=options.resample,
-        seed=options.seed,
-        budget_seconds=options.budget_seconds,
-    )
+    fit = surface_config(folders[0], options)
     return SurfaceParetoConfig(fit, tuple(name for name in options.inputs if name != folders[0]))

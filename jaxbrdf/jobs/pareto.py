@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -74,7 +74,7 @@ def pareto(config: ParetoConfig, reporter: Reporter) -> dict[str, Any]:
     reporter.say(f"timing {len(entries)} candidates on {describe(context.devices[0])}")
     timed = {f"{entry.input}: {entry.candidate}": entry.bundle for entry in entries}
     prices = price.opencl_prices(timed, context, reporter=reporter)
-    rows = with_fronts([_row(entry, of, paths) for entry, of in zip(entries, prices.values(), strict=True)], ERRORS)
+    rows = [row_of(entry, of, _errors(entry), paths) for entry, of in zip(entries, prices.values(), strict=True)]
     results = {
         "version": version("jaxbrdf"),
         "device": describe(context.devices[0]),
@@ -84,7 +84,7 @@ def pareto(config: ParetoConfig, reporter: Reporter) -> dict[str, Any]:
         "metrics": ERRORS,
         "plotted": PLOTTED,
         "inputs": {r.material.name: _described(r) for r in inputs.references},
-        "candidates": rows,
+        "candidates": with_fronts(rows, ERRORS),
         "failed": [failure._asdict() for failure in failures],
     }
     write(results, paths)
@@ -138,10 +138,9 @@ def _entries(
     return entries, [one for one in found if isinstance(one, Failure)]
 
 
-def _row(entry: Entry, cost: Price, paths: ParetoPaths) -> dict[str, Any]:
+def row_of(entry: Entry, cost: Price, errors: Mapping[str, float], paths: ParetoPaths) -> dict[str, Any]:
+    """A candidate as results tell it, with these errors."""
     manifest = entry.bundle.manifest
-    errors = {name: manifest.errors[at] for name, at in judge.METRICS.items()}
-    spread = {name: value for name, value in manifest.errors.items() if name.endswith("standard_error")}
     return {
         "input": entry.input,
         "candidate": entry.candidate,
@@ -151,11 +150,16 @@ def _row(entry: Entry, cost: Price, paths: ParetoPaths) -> dict[str, Any]:
         "is_fitted_here": entry.is_fitted_here,
         **cost.told,
         **errors,
-        **spread,
         "fit_seconds": manifest.cost.get("fit_seconds"),
         "bytes": entry.file.stat().st_size,
         "bundle": entry.place_in(paths.results.parent),
     }
+
+
+def _errors(entry: Entry) -> dict[str, float]:
+    stored = entry.bundle.manifest.errors
+    spread = {name: value for name, value in stored.items() if name.endswith("standard_error")}
+    return {name: stored[at] for name, at in judge.METRICS.items()} | spread
 
 
 def _described(reference: Reference) -> dict[str, Any]:

@@ -104,7 +104,7 @@ def _trained(store: Store, candidate: Candidate, reporter: Reporter) -> Bundle:
 
 def _kept(store: Store, candidate: Candidate) -> Bundle | None:
     """The training that is there, if it is the one that is wanted."""
-    record = _read_record(store.file(candidate, suffix=".json"))
+    record = read_record(store.file(candidate, suffix=".json"))
     return _read_bundle(store.file(candidate)) if record == _record(store, candidate) else None
 
 
@@ -133,7 +133,8 @@ def _read_bundle(path: Path) -> Bundle | None:
         return None
 
 
-def _read_record(path: Path) -> Any:
+def read_record(path: Path) -> Any:
+    """What a record beside a bundle says; None where there is none that can be read."""
     try:
         return json.loads(path.read_bytes())
     except (OSError, ValueError):

@@ -13,20 +13,18 @@ from jaxbrdf.data.output import write_atomically
 from jaxbrdf.errors import FitError, JaxbrdfError
 from jaxbrdf.export import bundle as bundles
 from jaxbrdf.export.bundle import Bundle
-from jaxbrdf.export.json_record import to_plain
 from jaxbrdf.jobs import price
 from jaxbrdf.jobs.entry import Entry, Failure
 from jaxbrdf.jobs.inputs import Given, given
-from jaxbrdf.jobs.pareto import ParetoPaths, prepare, with_fronts, write
+from jaxbrdf.jobs.pareto import prepare, row_of, with_fronts, write
 from jaxbrdf.jobs.planar_judge import PlanarReference, planar_report
-from jaxbrdf.jobs.price import Price
 from jaxbrdf.jobs.progress import Reporter
+from jaxbrdf.jobs.store import read_record
 from jaxbrdf.jobs.surface import Surface, open_surface
 from jaxbrdf.jobs.surface_config import SurfaceFitConfig
 from jaxbrdf.jobs.surface_fit import errors_in, fit_surface
 from jaxbrdf.jobs.surface_judge import materials_of, reference_of
 from jaxbrdf.models.table import SPATIAL
-from jaxbrdf.opencl.parameters import stored_precision
 from jaxbrdf.opencl.platform import choose, context_of, describe
 from jaxbrdf.report.pareto_plot import SURFACE_PLOTTED
 from jaxbrdf.report.pareto_table import SURFACE_ERRORS
@@ -65,7 +63,7 @@ def surface_pareto(config: SurfaceParetoConfig, reporter: Reporter) -> dict[str,
     timed = {entry.candidate: entry.bundle for entry in entries}
     query = price.timed_query_on(surface.layout)
     prices = price.opencl_prices(timed, context, reporter=reporter, query=query)
-    rows = [_row(entry, cost, paths) for entry, cost in zip(entries, prices.values(), strict=True)]
+    rows = [row_of(entry, cost, _errors(entry), paths) for entry, cost in zip(entries, prices.values(), strict=True)]
     results = {
         "version": version("jaxbrdf"),
         "device": describe(context.devices[0]),
@@ -111,7 +109,7 @@ def _obtained(config: SurfaceFitConfig, surface: Surface, reporter: Reporter) ->
     file = Path(config.output)
     request = {**asdict(replace(config, source="", output="")), "input": surface.sha256, "version": version("jaxbrdf")}
     record, running = file.with_suffix(".json"), file.with_suffix(".checkpoint")
-    if _read(record) != request:
+    if read_record(record) != request:
         for stale in (file, running):
             stale.unlink(missing_ok=True)
         write_atomically(record, json.dumps(request, indent=1).encode())
@@ -121,17 +119,12 @@ def _obtained(config: SurfaceFitConfig, surface: Surface, reporter: Reporter) ->
     return bundles.load(file)
 
 
-def _read(record: Path) -> Any:
-    try:
-        return json.loads(record.read_bytes())
-    except (OSError, ValueError):
-        return None
-
-
 def _judged(beside: Sequence[Given], surface: Surface) -> list[Entry]:
     """Given bundles with their errors over this surface."""
-    reference = reference_of(surface) if beside else None
-    return [_judged_one(one, surface, reference) for one in beside if reference is not None]
+    if not beside:
+        return []
+    reference = reference_of(surface)
+    return [_judged_one(one, surface, reference) for one in beside]
 
 
 def _judged_one(one: Given, surface: Surface, reference: PlanarReference) -> Entry:
@@ -140,24 +133,8 @@ def _judged_one(one: Given, surface: Surface, reference: PlanarReference) -> Ent
     return Entry(surface.name, one.name, judged, one.file, False)
 
 
-def _row(entry: Entry, cost: Price, paths: ParetoPaths) -> dict[str, Any]:
-    manifest, folder = entry.bundle.manifest, paths.results.parent
-    errors = manifest.errors
-    return {
-        "input": entry.input,
-        "candidate": entry.candidate,
-        "model": manifest.model,
-        "config": to_plain(manifest.config),
-        "precision": stored_precision(entry.bundle),
-        "is_fitted_here": entry.is_fitted_here,
-        **cost.told,
-        "flip": errors["planar_flip"],
-        "ssim_loss": 1.0 - errors["planar_ssim"],
-        "mae": errors["planar_mae"],
-        "rmse": errors["planar_rmse"],
-        "mae_hdr": errors["mae_hdr"],
-        "rmse_hdr": errors["rmse_hdr"],
-        "fit_seconds": manifest.cost.get("fit_seconds"),
-        "bytes": entry.file.stat().st_size,
-        "bundle": entry.place_in(folder),
-    }
+def _errors(entry: Entry) -> dict[str, float]:
+    stored = entry.bundle.manifest.errors
+    pictures = {name: stored[f"planar_{name}"] for name in ("flip", "mae", "rmse")}
+    values = {name: stored[name] for name in ("mae_hdr", "rmse_hdr")}
+    return pictures | values | {"ssim_loss": 1.0 - stored["planar_ssim"]}
